@@ -28,7 +28,7 @@ use hachure::surface::edges::{EDGES, Edge};
 use hachure::tiles::Terrain;
 use hachure::tiles::earth_curvature::EarthCurvature;
 use hachure::tiles::grid_projection::GridProjection;
-use hachure::tiles::needed::{LevelRule, TilePlaces, needed};
+use hachure::tiles::needed::{LevelRule, TileBounds, needed};
 use hachure::tiles::terrain::TerrainOptions;
 
 const SIZE_PX: [u32; 2] = [96, 54];
@@ -230,7 +230,7 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
     }
     let find = |without: Option<TileAddress>| {
         let known = |tile| all.get(&tile).filter(|_| Some(tile) != without);
-        let mut places = TilePlaces::default();
+        let mut places = TileBounds::default();
         let found = needed(
             &hachure::tiles::needed::Land { store: &*store, grid_projection: &grid_projection },
             &mut places,

@@ -18,7 +18,7 @@ use hachure::pyramid::{LoadedTile, TileAddress, TileStore};
 use hachure::scene::view::View;
 use hachure::tiles::Terrain;
 use hachure::tiles::cache::{TILE_BYTES, TileCache};
-use hachure::tiles::needed::{Land, LevelRule, TilePlaces, needed};
+use hachure::tiles::needed::{Land, LevelRule, TileBounds, needed};
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 use proptest::prelude::*;
 
@@ -272,7 +272,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             earth_curvature: Default::default(),
             margin_m: 0.0,
         };
-        let list = |error_px| needed(&land, &mut TilePlaces::default(), |tile| known.get(&tile), &rule(error_px), 0.0);
+        let list = |error_px| needed(&land, &mut TileBounds::default(), |tile| known.get(&tile), &rule(error_px), 0.0);
         let tiles = list(0.5);
         let chosen: std::collections::HashSet<TileAddress> = tiles.iter().map(|tile| tile.address).collect();
         assert_eq!(chosen.len(), tiles.len(), "the list contains a tile twice");

@@ -107,16 +107,14 @@ pub(crate) struct Atlas {
     free: Vec<u32>,
     evicted: u64,
     evicted_needed: u64,
-    /// Changes whenever a tile arrives or leaves.
-    version: u64,
 }
 
 /// The tiles that an upload may not replace.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Protected {
-    /// Tiles that were needed in this frame or later stay.
+    /// The number of a frame: tiles that were needed in it or after it are never evicted.
     pub needed_since: u64,
-    /// Tiles that were expected to be needed soon in this frame or later make room for needed tiles only.
+    /// The number of a frame: tiles that were foreseen in it or after it make room for needed tiles only.
     pub soon_since: u64,
 }
 
@@ -158,7 +156,7 @@ impl Atlas {
         let (ring, used) = (UploadRing::default(), FxHashMap::default());
         let free = (0..slots).rev().collect();
         let uses = vec![Use::default(); slots as usize];
-        Self { texture, view, ring, slots, used, uses, arrivals: 0, free, evicted: 0, evicted_needed: 0, version: 1 }
+        Self { texture, view, ring, slots, used, uses, arrivals: 0, free, evicted: 0, evicted_needed: 0 }
     }
 
     /// Returns all heights: an array with a layer for each slot.
@@ -189,15 +187,6 @@ impl Atlas {
         let Some(used) = self.uses.get(slot as usize).filter(|used| used.arrival == arrival) else { return false };
         used.need(frame);
         true
-    }
-
-    /// Marks a tile as needed in frame `frame`. Returns the last frame that needed it before, or `None` if it is not on
-    /// the GPU.
-    pub(crate) fn want_and_last(&self, tile: TileAddress, frame: u64) -> Option<u64> {
-        let used = &self.uses[self.used.get(&tile)?.slot as usize];
-        let last = used.last_needed.get();
-        used.need(frame);
-        Some(last)
     }
 
     /// Marks a tile as needed soon in frame `frame`. Returns whether it is on the GPU.
@@ -250,7 +239,6 @@ impl Atlas {
         let sent = self.ring.send(gpu, &self.texture, TILE_STRIDE, &layers, frame_s);
         self.free.extend(placed[sent..].iter().map(|(_, slot, ..)| *slot));
         placed.truncate(sent);
-        self.version += u64::from(sent > 0);
         placed
             .into_iter()
             .map(|(address, slot, is_needed, tile)| {
@@ -294,7 +282,6 @@ impl Atlas {
 
     fn evict(&mut self, address: TileAddress, protected: Protected) -> Option<u32> {
         let resident = self.used.remove(&address)?;
-        self.version += 1;
         self.evicted += 1;
         let used = std::mem::take(&mut self.uses[resident.slot as usize]);
         self.evicted_needed += u64::from(used.last_needed.get() >= protected.needed_since);
@@ -314,11 +301,6 @@ impl Atlas {
     /// Returns the number of tiles evicted so far while the view needed them, which must be 0.
     pub(crate) fn evicted_needed(&self) -> u64 {
         self.evicted_needed
-    }
-
-    /// Returns a number that changes whenever a tile arrives or leaves.
-    pub(crate) fn version(&self) -> u64 {
-        self.version
     }
 
     /// Returns the GPU memory in bytes, staging buffers included.

@@ -84,8 +84,8 @@ impl Step {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Turning {
     last: Option<(DVec3, f64)>,
-    /// Axis of the turn, as long as the angle per second, in radians; averaged over recent frames.
-    per_s: DVec3,
+    /// Angular velocity of the view in radians per second, along the axis of the turn; averaged over recent frames.
+    angular_velocity_rad_s: DVec3,
 }
 
 impl Turning {
@@ -98,23 +98,23 @@ impl Turning {
         }
         let before = self.last.replace((forward, now_s)).filter(|(_, at_s)| !has_jumped && now_s - at_s < PAUSE_S);
         let Some((last, at_s)) = before else {
-            self.per_s = DVec3::ZERO;
+            self.angular_velocity_rad_s = DVec3::ZERO;
             return;
         };
         if now_s > at_s {
             let turn = DQuat::from_rotation_arc(last, forward).to_scaled_axis() / (now_s - at_s);
-            self.per_s = self.per_s.lerp(turn, 0.5);
+            self.angular_velocity_rad_s = self.angular_velocity_rad_s.lerp(turn, 0.5);
         }
     }
 
     /// Returns whether the view turns.
     pub(super) fn is_turning(&self) -> bool {
-        self.per_s.length() > MIN_TURN_RAD_S
+        self.angular_velocity_rad_s.length() > MIN_TURN_RAD_S
     }
 
     /// Returns the turn after some seconds, if it goes on.
     pub(super) fn after(&self, seconds: f64) -> DQuat {
-        DQuat::from_scaled_axis((self.per_s * seconds).clamp_length_max(MAX_TURN_RAD))
+        DQuat::from_scaled_axis((self.angular_velocity_rad_s * seconds).clamp_length_max(MAX_TURN_RAD))
     }
 }
 

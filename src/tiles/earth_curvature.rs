@@ -67,37 +67,74 @@ impl EarthCurvature {
             return Some(*flat);
         }
         let (low, high) = (flat.low_m.truncate(), flat.high_m.truncate());
-        let nearest = DVec2::ZERO.clamp(low, high).length() * k;
-        let farthest = low.abs().max(high.abs()).length() * k;
-        if self.is_beyond_horizon(nearest, flat.high_m.z) {
+        let nearest = Arc::of_square(DVec2::ZERO.clamp(low, high).length_squared() * (k * k));
+        let farthest = Arc::of_square(low.abs().max(high.abs()).length_squared() * (k * k));
+        if self.is_beyond_horizon(&nearest, flat.high_m.z) {
             return None;
         }
-        let pi = std::f64::consts::PI;
         let (min_taller, max_taller) =
             (1.0 + (flat.low_m.z + self.camera_z_m) * k, 1.0 + (flat.high_m.z + self.camera_z_m) * k);
-        let least = sinc(farthest.min(pi)) * min_taller.min(max_taller).max(0.0);
-        let most = sinc(nearest.min(pi)) * max_taller;
+        let least = farthest.sinc * min_taller.min(max_taller).max(0.0);
+        let most = nearest.sinc * max_taller;
         let shrink = |v: f64, is_low: bool| if (v > 0.0) == is_low { v * least } else { v * most };
         let bent = |v: DVec2, is_low: bool| DVec2::new(shrink(v.x, is_low), shrink(v.y, is_low));
+        let radius_m = 1.0 / k;
         Some(Bounds {
-            low_m: bent(low, true).extend(flat.low_m.z - max_taller * versine(farthest.min(pi)) / k),
-            high_m: bent(high, false).extend(flat.high_m.z - min_taller.max(0.0) * versine(nearest.min(pi)) / k),
+            low_m: bent(low, true).extend(flat.low_m.z - max_taller * farthest.versine * radius_m),
+            high_m: bent(high, false).extend(flat.high_m.z - min_taller.max(0.0) * nearest.versine * radius_m),
         })
     }
 
     /// Returns whether the earth hides everything within `radius_m` of a place of the flat map, camera-relative.
     pub fn hides_sphere(&self, flat_m: DVec3, radius_m: f64) -> bool {
         let nearest = (flat_m.truncate().length() - radius_m).max(0.0) * self.inverse_radius;
-        self.inverse_radius > 0.0 && self.is_beyond_horizon(nearest, flat_m.z + radius_m)
+        self.inverse_radius > 0.0 && self.is_beyond_horizon(&Arc::of_square(nearest * nearest), flat_m.z + radius_m)
     }
 
-    /// Returns whether the earth itself, at the lowest height of the land, hides everything at an angle from `angle`
-    /// on, up to the camera-relative height `high_m`.
-    fn is_beyond_horizon(&self, angle: f64, high_m: f64) -> bool {
+    /// Returns whether the earth itself, at the lowest height of the land, hides everything from an arc on, up to the
+    /// camera-relative height `high_m`.
+    fn is_beyond_horizon(&self, arc: &Arc, high_m: f64) -> bool {
         let ground = 1.0 / self.inverse_radius + self.lowest_m;
-        let dip = |height_m: f64| (ground / (ground + height_m.max(0.0))).clamp(-1.0, 1.0).acos();
-        let (camera_m, top_m) = (self.camera_z_m - self.lowest_m, self.camera_z_m + high_m - self.lowest_m);
-        angle > dip(camera_m) + dip(top_m) + 1e-6
+        let cos_of_dip = |height_m: f64| (ground / (ground + height_m.max(0.0))).clamp(-1.0, 1.0);
+        let of_camera = cos_of_dip(self.camera_z_m - self.lowest_m);
+        // Nearly all land is nearer than the horizon of the lowest land, and needs no arccosine.
+        if 1.0 - arc.versine >= of_camera {
+            return false;
+        }
+        let of_top = cos_of_dip(self.camera_z_m + high_m - self.lowest_m);
+        arc.angle_rad() > of_camera.acos() + of_top.acos() + 1e-6
+    }
+}
+
+/// An angle at the centre of the earth, at most a half turn.
+struct Arc {
+    /// The square of the angle in radians.
+    square: f64,
+    /// The sine divided by the angle.
+    sinc: f64,
+    /// 1 − the cosine.
+    versine: f64,
+}
+
+/// The square of the angle up to which [`Arc::of_square`] uses series, of which the next term is below the precision of
+/// f64. The arc is 640 km on the earth.
+const SHORT_SQUARE: f64 = 0.01;
+
+impl Arc {
+    #[inline]
+    fn of_square(square: f64) -> Self {
+        if square < SHORT_SQUARE {
+            let x = square;
+            let sinc = 1.0 - x / 6.0 * (1.0 - x / 20.0 * (1.0 - x / 42.0 * (1.0 - x / 72.0)));
+            let versine = 0.5 * x * (1.0 - x / 12.0 * (1.0 - x / 30.0 * (1.0 - x / 56.0 * (1.0 - x / 90.0))));
+            return Self { square, sinc, versine };
+        }
+        let angle = square.sqrt().min(std::f64::consts::PI);
+        Self { square, sinc: sinc(angle), versine: versine(angle) }
+    }
+
+    fn angle_rad(&self) -> f64 {
+        self.square.sqrt()
     }
 }
 
@@ -137,6 +174,17 @@ mod tests {
         // A low camera does not see a ball.
         let low = EarthCurvature { camera_z_m: 100.0, ..EARTH }.with_horizon(0.5);
         assert!((1.0 / low.inverse_radius - SMALLEST_RADIUS_M).abs() < 1e-6);
+    }
+
+    #[test]
+    fn series_and_functions_agree() {
+        for i in 0..2000 {
+            let angle = 1e-9 * 1.0105_f64.powi(i);
+            let arc = Arc::of_square(angle * angle);
+            let angle = angle.min(std::f64::consts::PI);
+            assert!((arc.sinc - sinc(angle)).abs() < 1e-15, "{angle}");
+            assert!((arc.versine / versine(angle) - 1.0).abs() < 1e-14, "{angle}");
+        }
     }
 
     #[test]

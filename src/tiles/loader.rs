@@ -131,14 +131,15 @@ impl Loader {
         finished
     }
 
-    /// Waits until a tile is finished, at most for `most`. Not for frames that must not block.
-    pub(crate) fn wait(&self, most: Duration) {
+    /// Waits until a tile is finished, nothing is pending, or `timeout` has passed. The frame thread of a window must not
+    /// call it.
+    pub(crate) fn wait(&self, timeout: Duration) {
         let state = self.shared.lock();
         // The lists are consistent between statements, so poisoning is harmless.
         let _unused = self
             .shared
             .finished
-            .wait_timeout_while(state, most, |state| {
+            .wait_timeout_while(state, timeout, |state| {
                 state.finished.is_empty() && !(state.under_way.is_empty() && state.wanted.is_empty())
             })
             .unwrap_or_else(PoisonError::into_inner);

@@ -10,7 +10,7 @@ pub(crate) mod cache;
 pub(crate) mod loader;
 pub(crate) mod skyline;
 pub(crate) mod needed;
-pub(crate) mod memory_error;
+pub(crate) mod memory_factor;
 pub(crate) mod map_neighbours;
 pub(crate) mod residency_floor;
 mod queues;

@@ -27,7 +27,7 @@ pub(crate) struct LevelRule {
     pub frusta: Vec<Frustum>,
     /// Pixels per radian in the middle of the picture.
     pub focal_px: f64,
-    /// The height error that the choice of the level may add, in pixels.
+    /// The height error that the choice of the level may add, in pixels: half of the allowed error of the mesh.
     pub error_px: f64,
     /// The curvature of the earth around this camera.
     pub earth_curvature: EarthCurvature,
@@ -42,26 +42,26 @@ pub(crate) struct Needed {
     /// Visible error of the parent that is drawn instead, approximately, in multiples of the allowed error; higher in
     /// the middle of the view. At most the parent's urgency.
     pub urgency: f32,
-    /// Factor of the width of a pixel from which on the tile is not needed ([`super::memory_error`]). At most the
+    /// Factor of the width of a pixel from which on the tile is not needed ([`super::memory_factor`]). At most the
     /// parent's factor.
     pub factor: f32,
 }
 
-/// Cached positions of tiles in the world.
+/// Cached bounds of tiles in the plane: the south-western and the north-eastern corner, in metres east and north.
 #[derive(Default)]
-pub(crate) struct TilePlaces {
-    places: FxHashMap<TileAddress, (DVec2, DVec2)>,
+pub(crate) struct TileBounds {
+    bounds: FxHashMap<TileAddress, (DVec2, DVec2)>,
 }
 
-/// The number of tiles at which a cache of their positions or ranges is cleared: more than any view needs.
-const MAX_PLACES: usize = 1 << 16;
+/// The number of tiles at which a cache of their bounds or ranges is cleared: more than any view needs.
+const MAX_CACHED_TILES: usize = 1 << 16;
 
-impl TilePlaces {
+impl TileBounds {
     fn of(&mut self, levels: &[LevelSize], grid_projection: &GridProjection, tile: TileAddress) -> (DVec2, DVec2) {
-        if self.places.len() > MAX_PLACES {
-            self.places.clear();
+        if self.bounds.len() > MAX_CACHED_TILES {
+            self.bounds.clear();
         }
-        *self.places.entry(tile).or_insert_with(|| {
+        *self.bounds.entry(tile).or_insert_with(|| {
             let (finest, size) = (levels[0], levels[tile.level as usize]);
             let scale = DVec2::new(
                 f64::from(finest.width) / f64::from(size.width),
@@ -86,7 +86,7 @@ pub(crate) struct HeightRanges {
 impl HeightRanges {
     /// Remembers the range of a tile.
     pub(crate) fn note(&mut self, tile: TileAddress, statistics: &TileStatistics) {
-        if self.ranges_m.len() > MAX_PLACES {
+        if self.ranges_m.len() > MAX_CACHED_TILES {
             self.ranges_m.clear();
         }
         self.ranges_m.insert(tile, [statistics.min_m, statistics.max_m]);
@@ -111,7 +111,7 @@ pub(crate) struct Land<'a> {
 /// requires it.
 pub(crate) fn needed<'a>(
     land: &Land<'_>,
-    places: &mut TilePlaces,
+    tile_bounds: &mut TileBounds,
     known: impl Fn(TileAddress) -> Option<&'a TileStatistics>,
     rule: &LevelRule,
     guess: f32,
@@ -140,9 +140,9 @@ pub(crate) fn needed<'a>(
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }
-            let error_m = statistics
-                .map_or(guessed_m, |known| error_around_m(land.store, &known_and_met, tile.address, known));
-            let below = urgency_below(land, places, rule, tile.address, || error_m, range_m);
+            let error_m =
+                statistics.map_or(guessed_m, |known| error_around_m(land.store, &known_and_met, tile.address, known));
+            let below = urgency_below(land, tile_bounds, rule, tile.address, || error_m, range_m);
             let Some(below) = below else { continue };
             let (urgency, factor) = (below.urgency.min(tile.urgency), below.factor.min(tile.factor));
             let finer = children(levels, tile.address).filter(|child| land.store.has_tile(*child));
@@ -157,7 +157,7 @@ pub(crate) fn needed<'a>(
 /// factor of the width of a pixel ([`Needed::factor`]).
 pub(crate) fn is_needed(
     land: &Land<'_>,
-    places: &mut TilePlaces,
+    tile_bounds: &mut TileBounds,
     rule: &LevelRule,
     parent: (TileAddress, &TileStatistics),
     factor: f64,
@@ -165,7 +165,8 @@ pub(crate) fn is_needed(
     let (parent, statistics) = parent;
     let error_m = || statistics.corner_errors_m.into_iter().fold(statistics.error_m, f32::max);
     let range_m = [statistics.min_m, statistics.max_m];
-    urgency_below(land, places, rule, parent, error_m, range_m).is_some_and(|below| f64::from(below.factor) > factor)
+    urgency_below(land, tile_bounds, rule, parent, error_m, range_m)
+        .is_some_and(|below| f64::from(below.factor) > factor)
 }
 
 /// Returns the largest error of a tile and its neighbours, because the shader's continuous bound extends that far.
@@ -191,12 +192,12 @@ fn error_around_m<'a>(
 /// range of its heights.
 fn flat_bounds(
     land: &Land<'_>,
-    places: &mut TilePlaces,
+    tile_bounds: &mut TileBounds,
     rule: &LevelRule,
     tile: TileAddress,
     range_m: [f32; 2],
 ) -> Bounds {
-    let (low, high) = places.of(land.store.levels(), land.grid_projection, tile);
+    let (low, high) = tile_bounds.of(land.store.levels(), land.grid_projection, tile);
     // The surface may exceed its samples.
     let slack_m = f64::from(OVERSHOOT * (range_m[1] - range_m[0])).max(0.0);
     let low_m = low.extend(f64::from(range_m[0]) - slack_m) - rule.camera_m - rule.margin_m;
@@ -208,14 +209,14 @@ fn flat_bounds(
 /// looked higher by `slack`, in height per distance. `skyline` is layered.
 pub(crate) fn is_hidden(
     land: &Land<'_>,
-    places: &mut TilePlaces,
+    tile_bounds: &mut TileBounds,
     rule: &LevelRule,
     tile: TileAddress,
     range_m: [f32; 2],
     skyline: &Skyline,
     slack: f64,
 ) -> bool {
-    let flat = flat_bounds(land, places, rule, tile, range_m);
+    let flat = flat_bounds(land, tile_bounds, rule, tile, range_m);
     rule.earth_curvature.bend_bounds(&flat).is_none_or(|bounds| skyline.hides_behind(&bounds, slack))
 }
 
@@ -230,7 +231,7 @@ struct Below {
 /// tile.
 fn urgency_below(
     land: &Land<'_>,
-    places: &mut TilePlaces,
+    tile_bounds: &mut TileBounds,
     rule: &LevelRule,
     tile: TileAddress,
     error_m: impl FnOnce() -> f32,
@@ -239,7 +240,7 @@ fn urgency_below(
     if tile.level == 0 {
         return None;
     }
-    let flat = flat_bounds(land, places, rule, tile, range_m);
+    let flat = flat_bounds(land, tile_bounds, rule, tile, range_m);
     let (low, high) = (flat.low_m.truncate(), flat.high_m.truncate());
     let bounds = rule.earth_curvature.bend_bounds(&flat)?;
     if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {

@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Snapshot;
 use super::grid_projection::GridProjection;
-use super::needed::{Land, LevelRule, Needed, TilePlaces, is_hidden, needed};
+use super::needed::{Land, LevelRule, Needed, TileBounds, is_hidden, needed};
 use super::patch_tree::PatchTree;
 use super::patches::SnapshotPatches;
 use super::queues::in_order;
@@ -95,7 +95,7 @@ impl Shared {
     }
 
     fn run(&self, store: &dyn TileStore, grid_projection: &GridProjection) {
-        let mut memory = Memory::default();
+        let mut caches = Caches::default();
         let mut state = self.lock();
         while !state.stop {
             let Some(outlook) = state.outlook.take() else {
@@ -103,7 +103,7 @@ impl Shared {
                 continue;
             };
             drop(state);
-            let foreseen = foresee(store, grid_projection, &mut memory, &outlook);
+            let foreseen = foresee(store, grid_projection, &mut caches, &outlook);
             state = self.lock();
             state.foreseen = Arc::new(foreseen);
             state.is_busy = state.outlook.is_some();
@@ -113,8 +113,8 @@ impl Shared {
 
 /// The caches of the thread, from one outlook to the next.
 #[derive(Default)]
-struct Memory {
-    places: TilePlaces,
+struct Caches {
+    bounds: TileBounds,
     tree: PatchTree,
     /// The statistics of all tiles that were on the GPU.
     seen: FxHashMap<TileAddress, TileStatistics>,
@@ -124,10 +124,10 @@ struct Memory {
 fn foresee(
     store: &dyn TileStore,
     grid_projection: &GridProjection,
-    memory: &mut Memory,
+    caches: &mut Caches,
     outlook: &Outlook,
 ) -> Foreseen {
-    let Memory { places, tree, seen } = memory;
+    let Caches { bounds, tree, seen } = caches;
     if seen.len() > MAX_SEEN {
         seen.clear();
     }
@@ -136,15 +136,16 @@ fn foresee(
     let mut met = FxHashSet::default();
     let (mut near, mut later, [mut hidden, mut deep]) = (Vec::new(), Vec::new(), [const { Vec::new() }; 2]);
     for (i, view) in outlook.views.iter().enumerate() {
-        let mut tiles = needed(&land, places, |address| seen.get(&address), &view.rule, GUESS);
+        let mut tiles = needed(&land, bounds, |address| seen.get(&address), &view.rule, GUESS);
         tiles.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * view.factor).min(1e30) as f32);
         let skyline = skyline_of(&land, tree, &outlook.snapshot, view);
         let mut is_hidden = |tile: &Needed, slack: f64| {
             let (Some(skyline), Some(known)) = (&skyline, seen.get(&tile.address)) else { return false };
-            is_hidden(&land, places, &view.rule, tile.address, [known.min_m, known.max_m], skyline, slack)
+            is_hidden(&land, bounds, &view.rule, tile.address, [known.min_m, known.max_m], skyline, slack)
         };
         for tile in in_order(tiles) {
-            if !is_hidden(&tile, view.slack) {
+            // While a coarse tile is missing, the finer ones around it cannot be drawn, so its need is foreseen with more slack.
+            if !is_hidden(&tile, view.slack * f64::from(1 + tile.address.level)) {
                 let TileAddress { level, x, y } = tile.address;
                 let is_certain = || seen.contains_key(&TileAddress { level: level + 1, x: x / 2, y: y / 2 });
                 if met.insert(tile.address) {

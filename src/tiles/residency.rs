@@ -1,18 +1,18 @@
 //! The scheduler of tiles: which are on the GPU, which are being loaded, and in which order.
 //!
-//! There are three groups, after Cesium: *urgent* tiles are needed by the view and missing; *normal* ones will be
-//! needed if the camera keeps moving as it does; *preload* ones are just outside the view. Within a group the tile
-//! whose parent, drawn instead, shows the largest error comes first, with a preference for the middle of the view. A
-//! tile that is no longer wanted is never read. A tile that cannot be read is retried at increasing intervals, while its
-//! parent is drawn instead.
+//! Tiles are requested in this order: those that the view needs and that are missing; those of the near future; others
+//! that are foreseen. Within each list, the tile whose parent, drawn instead, shows the largest error comes first, with a
+//! preference for the middle of the view. A tile that is no longer wanted is never read. A tile that cannot be read is
+//! retried at increasing intervals, while its parent is drawn instead (`residency/load.rs`).
 //!
 //! Which tiles a view needs changes slowly, so the list is found with a margin and used for as long as the camera stays
 //! within it (`residency/find.rs`). If a view needs more tiles than there are slots, its pixels count as wider by a
-//! factor (`memory_error`). What will be needed soon is found by another thread (`prefetch`).
+//! factor (`memory_factor`). What will be needed soon is found by another thread (`prefetch`).
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 
 mod find;
+mod load;
 
 use std::sync::Arc;
 
@@ -25,23 +25,18 @@ use super::cache::TileCache;
 use super::camera_motion::Turning;
 use super::grid_projection::GridProjection;
 use super::loader::Loader;
-use super::memory_error::MemoryError;
-use super::needed::{HeightRanges, LevelRule, Needed, TilePlaces};
+use super::memory_factor::MemoryFactor;
+use super::needed::{HeightRanges, LevelRule, Needed, TileBounds};
 use super::prefetch::{Foreseen, Prefetcher};
-use super::queues::{by_level, in_order, most_urgent};
+use super::queues::by_level;
 use super::residency_floor::ResidencyFloor;
 use super::skyline::Skyline;
 use crate::gpu::Gpu;
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
-/// The pause after a failure, in seconds; it doubles with each failure, up to the longest pause.
-const FIRST_PAUSE_S: f64 = 0.2;
-const LONGEST_PAUSE_S: f64 = 30.0;
 /// Number of failures after which a tile counts as unreadable. It is retried nevertheless.
 const MAX_TRIES: u32 = 3;
-/// The largest number of tiles that a frame uploads because they will be needed soon: 4 MiB.
-const MAX_SOON_UPLOADS: usize = 16;
 /// Urgency of tiles that only maps depend on: lower than that of all tiles that the surface needs.
 const MAP_URGENCY: f32 = 1e-3;
 
@@ -98,7 +93,7 @@ pub(crate) struct Residency {
     store: Arc<dyn TileStore>,
     loader: Loader,
     cache: TileCache,
-    places: TilePlaces,
+    tile_bounds: TileBounds,
     failures: FxHashMap<TileAddress, Failure>,
     /// The error of the first tile that counts as unreadable.
     failure: Option<Arc<PyramidError>>,
@@ -108,19 +103,19 @@ pub(crate) struct Residency {
     pub floor: ResidencyFloor,
     /// The tiles that the view of this frame needs, coarse levels first.
     pub needed: Vec<Needed>,
-    /// The tiles that only its maps depend on.
+    /// The tiles that only the maps of this view depend on.
     pub map_neighbours: Vec<TileAddress>,
-    /// The same tiles as in `needed`, for lookups.
+    /// The tiles of `needed`, for lookups.
     needed_set: FxHashSet<TileAddress>,
-    /// The view for which they were found.
+    /// The view for which `needed` and `map_neighbours` were found.
     found: Option<Found>,
-    /// Those of both lists that are not on the GPU, the most urgent first.
+    /// The tiles of `needed` and `map_neighbours` that are not on the GPU, the most urgent first.
     missing: Vec<Needed>,
     /// The tiles around needed ones that do not exist, because nothing finer is known there.
     absent: Vec<(TileAddress, bool)>,
     /// The tiles that will probably be needed soon.
     foreseen: Arc<Foreseen>,
-    /// Those of the near future that are not on the GPU, the most urgent first.
+    /// The tiles of the near future that are not on the GPU, the most urgent first.
     missing_near: Vec<TileAddress>,
     /// The tiles that are missing for a smaller factor of the error, if there is room for them.
     missing_finer: Vec<TileAddress>,
@@ -135,25 +130,27 @@ pub(crate) struct Residency {
     /// Whether there is a slot for every tile of the pyramid.
     fits_all: bool,
     /// The factor by which the surface is coarser because its tiles would not fit.
-    memory: MemoryError,
-    /// Whether tiles that land hides count as not needed, because memory is short; and the skyline of the last frame.
+    memory_factor: MemoryFactor,
+    /// Whether tiles that land hides count as not needed, because memory is short.
     drops_hidden: bool,
+    /// The skyline of the last frame; layered if tiles that it hides count as not needed.
     skyline: Option<Skyline>,
+    /// The ranges of heights of all tiles that were ever loaded.
     ranges: HeightRanges,
     /// Changes whenever `needed`, `map_neighbours`, or which of them are on the GPU changes.
     version: u64,
+    /// Changes whenever a tile of `needed` or `map_neighbours` comes to the GPU.
+    arrivals: u64,
     hits: Hits,
-    #[cfg(test)]
-    pub diag: std::collections::BTreeMap<(&'static str, u32), u32>,
-    #[cfg(test)]
-    diag_seen: FxHashSet<(TileAddress, u64)>,
 }
 
 /// How often a tile was at hand when it was wanted, since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Hits {
-    /// Tiles that a view began to need: how many were on the GPU, and how many were not.
-    pub gpu: [u64; 2],
+    /// Number of tiles that were on the GPU when a view began to need them.
+    pub on_gpu: u64,
+    /// Number of tiles that were not.
+    pub not_on_gpu: u64,
     /// Number of tiles that were uploaded to the GPU.
     pub uploaded: u64,
     /// Number of tiles that were read and decoded; those uploaded without being read were in memory.
@@ -169,7 +166,7 @@ impl Residency {
             fits_all: u64::from(atlas.slots()) >= tiles,
             loader: Loader::new(Arc::clone(&store)),
             cache: TileCache::new(memory_bytes),
-            places: TilePlaces::default(),
+            tile_bounds: TileBounds::default(),
             failures: FxHashMap::default(),
             failure: None,
             atlas,
@@ -188,16 +185,13 @@ impl Residency {
             prefetcher: None,
             turning: Turning::default(),
             looked_s: f64::NEG_INFINITY,
-            memory: MemoryError::default(),
+            memory_factor: MemoryFactor::default(),
             drops_hidden: false,
             skyline: None,
             ranges: HeightRanges::default(),
             version: 0,
+            arrivals: 0,
             hits: Hits::default(),
-            #[cfg(test)]
-            diag: Default::default(),
-            #[cfg(test)]
-            diag_seen: Default::default(),
             store,
         }
     }
@@ -265,11 +259,6 @@ impl Residency {
         self.cache.bytes()
     }
 
-    #[cfg(test)]
-    pub(crate) fn near_len(&self) -> (usize, usize) {
-        (self.foreseen.near.iter().filter(|n| !self.needed_set.contains(&n.address)).count(), self.foreseen.later.len())
-    }
-
     /// Returns whether tiles that land hides count as not needed, because memory is short.
     pub(crate) fn drops_hidden(&self) -> bool {
         self.drops_hidden
@@ -287,7 +276,7 @@ impl Residency {
 
     /// Returns the factor by which the surface is coarser than requested because its tiles would not fit into memory.
     pub(crate) fn memory_factor(&self) -> f64 {
-        self.memory.factor()
+        self.memory_factor.value()
     }
 
     /// Returns a number that changes whenever the needed tiles, those for maps, or which of them are on the GPU change.
@@ -340,9 +329,14 @@ impl Residency {
         let ground = self.ground_to_load(grid_projection.grid_from_world(movement.rule.camera_m.truncate()), frame);
         let [request, offer, offer_soon] = self.sort_out(&ground, &urgent, frame, now_s);
         self.loader.want(&request);
-        loaded.loaded =
-            self.send(gpu, [&offer, &offer_soon], protected, Upload { frame, now_s, frame_s: movement.frame_s });
-        self.version += u64::from(loaded.loaded > 0);
+        let upload = Upload { frame, now_s, frame_s: movement.frame_s };
+        let sent = self.send(gpu, [&offer, &offer_soon], protected, upload);
+        loaded.loaded = sent.len() as u64;
+        // Tiles for the future change nothing for this view.
+        let is_of_view = |tile: &TileAddress| self.needed_set.contains(tile) || self.map_neighbours.contains(tile);
+        let has_come = !streams || sent.iter().any(is_of_view);
+        self.version += u64::from(has_come && !sent.is_empty());
+        self.arrivals += u64::from(has_come && !sent.is_empty());
         self.hits.uploaded += loaded.loaded;
         for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
             let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MAX_TRIES);
@@ -355,31 +349,10 @@ impl Residency {
         let is_missing = loaded.pending + loaded.without_room + loaded.failed > 0;
         // Where a sparse pyramid ends, the floor is never 0.
         let ends_in_view = !self.absent.is_empty();
-        if is_missing || ends_in_view || !self.floor.is_empty() || loaded.loaded > 0 || !streams {
+        if is_missing || ends_in_view || !self.floor.is_empty() || has_come || !streams {
             let atlas = &self.atlas;
             let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
             self.floor.update(by_level(self.needed.iter().map(is_there), self.absent.clone()), fade_step_s);
-        }
-        #[cfg(test)]
-        if streams {
-            for tile in urgent.iter().map(|tile| tile.address).filter(|tile| self.atlas.get(*tile).is_none()).collect::<Vec<_>>() {
-                if self.is_needed_now(grid_projection, &movement.rule, tile) && self.diag_seen.insert((tile, frame / 30)) {
-                    let is_near = self.foreseen.near.iter().any(|t| t.address == tile);
-                    let rank = self.foreseen.later.iter().position(|t| *t == tile);
-                    let parent = TileAddress { level: tile.level + 1, x: tile.x / 2, y: tile.y / 2 };
-                    let parent_age = self.atlas.get(parent).map(|p| now_s - p.arrived_s);
-                    let known = self.ranges.get(tile).is_some();
-                    let cause = match () {
-                        () if parent_age.is_none() => "parent missing",
-                        () if is_near => "near, not loaded",
-                        () if rank.is_some() => "later, not loaded",
-                        () if parent_age.is_some_and(|a| a < 0.3) => "parent new",
-                        () if known => "known (was hidden or evicted)",
-                        () => "unknown, not foreseen",
-                    };
-                    *self.diag.entry((cause, tile.level)).or_insert(0u32) += 1;
-                }
-            }
         }
         loaded.late = if streams {
             let coarser: Vec<TileAddress> = self.coarser_than_needed(&urgent, ends_in_view);
@@ -399,146 +372,6 @@ impl Residency {
         let fades = !ends_in_view && !self.floor.is_empty();
         let fading = self.needed.iter().filter(|_| fades).map(|tile| tile.address).filter(is_fading);
         missing.chain(fading).collect()
-    }
-
-    /// Returns the missing tiles that this view needs, the most urgent first, where there are slots for all needed ones.
-    /// `room` is the number of slots left for those that only the mesh requests.
-    fn missing(&mut self, movement: &Movement, room: usize, frame: u64) -> Vec<Needed> {
-        let atlas = &self.atlas;
-        self.missing.retain(|tile| atlas.want(tile.address, frame).is_none());
-        let mut missing = self.missing.clone();
-        let of_mesh = |(address, urgency): (&TileAddress, &f64)| {
-            let tile = Needed { address: *address, urgency: *urgency as f32, factor: 1.0 };
-            (!self.needed_set.contains(address)).then_some(tile)
-        };
-        let mut requested = in_order(movement.requested.iter().filter_map(of_mesh).collect());
-        requested.truncate(room);
-        requested.retain(|tile| atlas.want(tile.address, frame).is_none());
-        if !requested.is_empty() {
-            missing.append(&mut requested);
-            missing = in_order(missing);
-        }
-        missing
-    }
-
-    /// Returns the tiles that this view needs, as many as there are slots, the most urgent first, and the number of those
-    /// without a slot.
-    fn most_urgent(&self, movement: &Movement) -> (Vec<Needed>, u64) {
-        let mut urgent = self.needed.clone();
-        urgent.extend((movement.requested.iter()).map(|(address, urgency)| Needed {
-            address: *address,
-            urgency: *urgency as f32,
-            factor: 1.0,
-        }));
-        let of_maps = |address: &TileAddress| Needed { address: *address, urgency: MAP_URGENCY, factor: 1.0 };
-        urgent.extend(self.map_neighbours.iter().map(of_maps));
-        most_urgent(urgent, self.atlas.slots() as usize)
-    }
-
-    fn protected(&self, frame: u64) -> Protected {
-        let needed_since = self.found.as_ref().map_or(frame, |found| found.frame);
-        Protected { needed_since, soon_since: self.soon_since }
-    }
-
-    /// Returns the tiles under the camera that are on the GPU but not in memory: the height of the ground is computed
-    /// from them. Those in memory stay there.
-    fn ground_to_load(&mut self, camera: DVec2, frame: u64) -> Vec<TileAddress> {
-        let under: Vec<TileAddress> = self.under(camera).collect();
-        let is_on_gpu_only = |tile: &TileAddress| {
-            let is_in_memory = self.cache.get(*tile, frame).is_some();
-            !is_in_memory && self.atlas.get(*tile).is_some()
-        };
-        under.into_iter().filter(is_on_gpu_only).collect()
-    }
-
-    fn can_be_read(&self, tile: TileAddress) -> bool {
-        self.failures.get(&tile).is_none_or(|failure| failure.tries < MAX_TRIES)
-    }
-
-    fn take_finished(&mut self, frame: u64, now_s: f64, streams: bool) {
-        for (address, tile) in self.loader.take() {
-            match tile {
-                Ok(tile) => {
-                    self.hits.read += 1;
-                    self.ranges.note(address, &tile.statistics);
-                    self.failures.remove(&address);
-                    self.cache.insert(address, tile, frame);
-                }
-                Err(PyramidError::Cancelled) => {}
-                Err(error) => self.fail(address, error, now_s, streams),
-            }
-        }
-    }
-
-    fn fail(&mut self, address: TileAddress, error: PyramidError, now_s: f64, streams: bool) {
-        let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
-        let counted = failure.tries >= MAX_TRIES;
-        // The network code has already retried a request that is finally refused.
-        failure.tries = (failure.tries + 1).max(if error.is_final() { MAX_TRIES } else { 0 });
-        let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
-        failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
-        let text = error.message();
-        if counted || failure.tries < MAX_TRIES {
-            tracing::debug!("{text}");
-            return;
-        }
-        // Rendering to a file returns the first failure as an error; in a window each is logged once.
-        let is_known = self.failure.as_ref().is_some_and(|known| known.message() == text);
-        if streams && !is_known {
-            tracing::warn!("{text}");
-        } else {
-            tracing::debug!("{text}");
-        }
-        if self.failure.is_none() || streams {
-            self.failure = Some(Arc::new(error));
-        }
-    }
-
-    /// Returns the tiles to request, the needed ones to upload to the GPU, and those to upload because they are needed
-    /// soon.
-    fn sort_out(&mut self, ground: &[TileAddress], urgent: &[Needed], frame: u64, now_s: f64) -> [Vec<TileAddress>; 3] {
-        let [mut request, mut offer, mut offer_soon] = [const { Vec::new() }; 3];
-        let Self { atlas, cache, failures, .. } = self;
-        let may_request = |tile: &TileAddress| failures.get(tile).is_none_or(|failure| failure.next_s <= now_s);
-        request.extend(ground.iter().copied().filter(may_request));
-        for tile in urgent.iter().map(|tile| tile.address) {
-            if atlas.want(tile, frame).is_some() {
-                continue;
-            }
-            if cache.get(tile, frame).is_some() {
-                offer.push(tile);
-            } else if may_request(&tile) {
-                request.push(tile);
-            }
-        }
-        // Tiles that are needed by now are in both lists.
-        let met: FxHashSet<TileAddress> = urgent.iter().map(|tile| tile.address).collect();
-        self.missing_near.retain(|tile| atlas.want(*tile, frame).is_none());
-        for tile in self.missing_near.iter().copied().filter(|tile| !met.contains(tile)) {
-            if cache.get(tile, frame).is_some() {
-                offer.push(tile);
-            } else if may_request(&tile) {
-                request.push(tile);
-            }
-        }
-        self.missing_soon.retain(|tile| atlas.get(*tile).is_none());
-        for tile in self.missing_soon.iter().copied().filter(|tile| !met.contains(tile)) {
-            if cache.get(tile, frame).is_some() {
-                if offer_soon.len() < MAX_SOON_UPLOADS {
-                    offer_soon.push(tile);
-                }
-            } else if may_request(&tile) {
-                request.push(tile);
-            }
-        }
-        [request, offer, offer_soon]
-    }
-
-    fn send(&mut self, gpu: &Gpu, [needed, soon]: [&[TileAddress]; 2], protected: Protected, upload: Upload) -> u64 {
-        let in_cache = |address: &TileAddress| Some((*address, Arc::clone(self.cache.peek(*address)?)));
-        let tiles: Vec<(TileAddress, Arc<LoadedTile>)> = needed.iter().chain(soon).filter_map(in_cache).collect();
-        let tiles: Vec<(TileAddress, &LoadedTile)> = tiles.iter().map(|(address, tile)| (*address, &**tile)).collect();
-        self.atlas.insert(gpu, &tiles, needed.len(), protected, upload).len() as u64
     }
 
     /// Returns whether no tile that can be loaded is missing or fading in.

@@ -30,7 +30,8 @@ pub fn select_within(
     viewpoint: &Viewpoint,
     max_patches: usize,
 ) -> Option<Selection> {
-    let selected = select_in(&mut PatchTree::default(), patches, grid_projection, anchor, viewpoint, max_patches, false);
+    let selected =
+        select_in(&mut PatchTree::default(), patches, grid_projection, anchor, viewpoint, max_patches, false);
     selected.map(|(selection, _)| selection)
 }
 

@@ -46,6 +46,7 @@ pub(crate) struct Corner {
 
 impl Corner {
     /// Creates a corner at a position relative to the camera.
+    #[inline]
     pub(crate) fn at(at_m: DVec2) -> Self {
         Self { at_m, direction: direction(at_m) }
     }
@@ -54,6 +55,7 @@ impl Corner {
 /// Returns a number from 0 to 4 that grows with the angle of a vector, by one per quarter turn. Opposite directions
 /// differ by 2. Only the order of directions counts, and this number needs one division where an angle needs an
 /// arctangent.
+#[inline]
 fn direction(v: DVec2) -> f64 {
     let across = v.y / (v.x.abs() + v.y.abs()).max(f64::MIN_POSITIVE);
     match (v.x >= 0.0, v.y >= 0.0) {
@@ -63,61 +65,90 @@ fn direction(v: DVec2) -> f64 {
     }
 }
 
-/// A box as the camera sees it: its directions, and its horizontal distances in metres.
+/// A box as the camera sees it: its directions, and the squares of its horizontal distances in m².
 struct AngularExtent {
     first: f64,
     width: f64,
-    near_m: f64,
-    far_m: f64,
+    near_m2: f64,
+    far_m2: f64,
 }
 
 impl AngularExtent {
     /// Returns the extent of corners in a box, or `None` for a box around the camera.
+    #[inline]
     fn of(bounds: &Bounds, corners: &[Corner; 4]) -> Option<Self> {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
-        let near_m = DVec2::ZERO.clamp(low, high).length();
-        if near_m == 0.0 {
+        let near_m2 = DVec2::ZERO.clamp(low, high).length_squared();
+        if near_m2 == 0.0 {
             return None;
         }
-        let far_m = low.abs().max(high.abs()).length();
-        let middle = direction((low + high) * 0.5);
+        let far_m2 = low.abs().max(high.abs()).length_squared();
         // Seen from outside, a box spans less than half a turn.
-        let turn = |corner: &Corner| {
-            let turn = corner.direction - middle;
-            if turn > 2.0 {
+        let from = corners[0].direction;
+        let (mut least, mut most) = (0.0_f64, 0.0_f64);
+        for corner in &corners[1..] {
+            let turn = corner.direction - from;
+            let turn = if turn > 2.0 {
                 turn - 4.0
             } else if turn < -2.0 {
                 turn + 4.0
             } else {
                 turn
-            }
-        };
-        let turns = [turn(&corners[0]), turn(&corners[1]), turn(&corners[2]), turn(&corners[3])];
-        let least = turns[0].min(turns[1]).min(turns[2].min(turns[3]));
-        let most = turns[0].max(turns[1]).max(turns[2].max(turns[3]));
-        Some(Self { first: middle + least, width: most - least, near_m, far_m })
+            };
+            (least, most) = (least.min(turn), most.max(turn));
+        }
+        Some(Self { first: from + least, width: most - least, near_m2, far_m2 })
     }
 
     /// Returns the steepest slope at which land of the box up to the height `top_m` can be seen.
+    #[inline]
     fn slope_of_top(&self, top_m: f64) -> f32 {
-        (top_m / if top_m > 0.0 { self.near_m } else { self.far_m }) as f32
+        (top_m / if top_m > 0.0 { self.near_m2 } else { self.far_m2 }.sqrt()) as f32
+    }
+
+    /// Returns the slope up to which land of the box of at least the height `land_m` blocks the view.
+    #[inline]
+    fn slope_of_land(&self, land_m: f64) -> f32 {
+        (land_m / if land_m > 0.0 { self.far_m2 } else { self.near_m2 }.sqrt()) as f32
     }
 
     /// Returns the directions that the box touches, or with `is_filled` those that it fills, as up to two ranges of
     /// indices into a skyline of `count` directions.
+    #[inline]
     fn steps(&self, count: usize, is_filled: bool) -> [Range<usize>; 2] {
-        let step = |direction: f64| direction * (0.25 * count as f64);
-        let (first, last) = (step(self.first), step(self.first + self.width));
+        let per_turn = 0.25 * count as f64;
+        let (first, last) = (self.first * per_turn, (self.first + self.width) * per_turn);
         let (first, last) = if is_filled {
-            (first.ceil(), last.floor())
+            (ceil(first), floor(last))
         } else {
-            (first.floor(), last.ceil().max(first.floor() + 1.0))
+            let first = floor(first);
+            (first, ceil(last).max(first + 1))
         };
-        let (first, last) = (first as i64, last as i64);
         let begin = first.rem_euclid(count as i64) as usize;
         let end = begin + (last - first).clamp(0, count as i64) as usize;
         [begin..end.min(count), 0..end.saturating_sub(count)]
     }
+}
+
+/// Returns the largest integer that is at most `x`. The functions of f64 call a library on x86-64 without SSE 4.1, for
+/// which the program is compiled.
+#[inline]
+fn floor(x: f64) -> i64 {
+    let truncated = x as i64;
+    truncated - i64::from(truncated as f64 > x)
+}
+
+#[inline]
+fn ceil(x: f64) -> i64 {
+    let truncated = x as i64;
+    truncated + i64::from((truncated as f64) < x)
+}
+
+/// Returns the last layer that is nowhere farther than a distance, whose square is `square_m2`; negative if there is none.
+#[inline]
+fn layer_within(square_m2: f64) -> i32 {
+    // Half an octave of a distance is an octave of its square, and the exponent of a float is its octave.
+    ((square_m2 / (FIRST_LAYER_M * FIRST_LAYER_M)).to_bits() >> 52) as i32 - 1023
 }
 
 impl Skyline {
@@ -161,11 +192,11 @@ impl Skyline {
     /// per distance. Other land may be farther. The skyline must be layered and finished.
     pub(crate) fn hides_behind(&self, bounds: &Bounds, slack: f64) -> bool {
         let Some(seen) = seen_from_all_corners(bounds) else { return false };
-        let nearer = (2.0 * (seen.near_m / FIRST_LAYER_M).log2()).floor();
-        if nearer < 0.0 || self.layers.is_empty() {
+        let Ok(nearer) = usize::try_from(layer_within(seen.near_m2)) else { return false };
+        if self.layers.is_empty() {
             return false;
         }
-        let from = (nearer as usize).min(LAYERS - 1) * self.slopes.len();
+        let from = nearer.min(LAYERS - 1) * self.slopes.len();
         let layer = &self.layers[from..from + self.slopes.len()];
         is_below(layer, &seen, seen.slope_of_top(bounds.high_m.z) + slack as f32)
     }
@@ -174,9 +205,9 @@ impl Skyline {
     /// `land_m` high. All are camera-relative, in metres.
     pub(crate) fn add(&mut self, bounds: &Bounds, corners: &[Corner; 4], land_m: f64) {
         let Some(seen) = AngularExtent::of(bounds, corners) else { return };
-        let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
+        let slope = seen.slope_of_land(land_m);
         let count = self.slopes.len();
-        let layer = (2.0 * (seen.far_m / FIRST_LAYER_M).log2()).ceil().max(0.0) as usize;
+        let layer = (layer_within(seen.far_m2) + 1).max(0) as usize;
         let layer = (layer < LAYERS && !self.layers.is_empty()).then_some(layer * count);
         for range in seen.steps(count, true) {
             if let Some(from) = layer {
@@ -189,13 +220,15 @@ impl Skyline {
 }
 
 /// Returns the extent of a whole box, or `None` for a box around the camera.
+#[inline]
 fn seen_from_all_corners(bounds: &Bounds) -> Option<AngularExtent> {
     let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
-    let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)].map(Corner::at);
-    AngularExtent::of(bounds, &corners)
+    let mixed = [DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
+    AngularExtent::of(bounds, &[Corner::at(low), Corner::at(high), Corner::at(mixed[0]), Corner::at(mixed[1])])
 }
 
 /// Returns whether a slope is below a skyline in all directions that an extent touches.
+#[inline]
 fn is_below(slopes: &[f32], seen: &AngularExtent, slope: f32) -> bool {
     let steps = seen.steps(slopes.len(), false);
     steps.into_iter().all(|range| slopes[range].iter().all(|blocked| *blocked > slope))
@@ -251,6 +284,16 @@ mod tests {
         assert!(horizon.hides_behind(&slab([-100.0, 20_000.0], [100.0, 20_200.0], -50.0, 4000.0), 0.0), "the mountain");
         assert!(!horizon.hides_behind(&slab([-100.0, 930.0], [100.0, 990.0], -50.0, 20.0), 0.0), "it is on the ridge");
         assert!(!Skyline::new(200.0, false).hides_behind(&meadow, 0.0), "without layers, nothing is hidden");
+    }
+
+    #[test]
+    fn layers_are_half_an_octave_apart() {
+        for (distance_m, layer) in [(63.9, -1), (64.1, 0), (90.4, 0), (90.6, 1), (127.9, 1), (128.1, 2), (64e3, 19)] {
+            assert_eq!(layer_within(distance_m * distance_m), layer, "{distance_m}");
+        }
+        for x in [-2.0, -1.5, -0.0, 0.0, 0.3, 7.0, 7.9] {
+            assert_eq!((floor(x), ceil(x)), (x.floor() as i64, x.ceil() as i64));
+        }
     }
 
     #[test]

@@ -254,16 +254,6 @@ impl Terrain {
         self.clock = Clock::Simulated(now_s);
     }
 
-    #[cfg(test)]
-    pub(crate) fn diag_clear(&mut self) {
-        self.residency.diag.clear();
-    }
-
-    #[cfg(test)]
-    pub(crate) fn diag(&self) -> String {
-        format!("near {} later {} needed {} of {} slots; {:?}", self.residency.near_len().0, self.residency.near_len().1, self.residency.needed.len(), self.residency.atlas.slots(), self.residency.diag)
-    }
-
     /// Returns whether another thread is looking for tiles that will be needed soon.
     #[cfg(test)]
     pub(crate) fn looks_ahead(&self) -> bool {
@@ -314,8 +304,8 @@ impl Terrain {
             gpu_bytes: atlas.len() as u64 * SLOT_BYTES,
             cache_bytes: self.residency.cache_bytes(),
             evicted_needed: atlas.evicted_needed(),
-            gpu_hits: hits.gpu[0],
-            gpu_misses: hits.gpu[1],
+            gpu_hits: hits.on_gpu,
+            gpu_misses: hits.not_on_gpu,
             uploaded: hits.uploaded,
             read: hits.read,
         }

@@ -42,6 +42,8 @@ struct Leaf {
     holes: bool,
     /// Whether it has been split or merged after all.
     is_removed: bool,
+    /// The leaf across each side, if one covers all of it; known when the steps are limited.
+    across: [Option<u32>; 4],
 }
 
 /// A walk in progress: its inputs, and the patches selected and the skyline so far.
@@ -162,7 +164,9 @@ impl<'a> Walk<'a> {
     /// Adds a patch to the skyline, lowered by `slack_m`.
     fn add_to_skyline(&mut self, patch: &VisiblePatch, slack_m: f64) {
         let key = patch.key;
-        let parts = self.skyline.parts(&patch.bounds);
+        // A patch finer than the data is in few blocks, of which each has one height.
+        let most_parts = 4 >> (-key.level).clamp(0, 2);
+        let parts = self.skyline.parts(&patch.bounds).min(most_parts);
         let relief_m = f64::from(patch.statistics.max_m - patch.statistics.min_m);
         let lowest_m = f64::from(patch.statistics.min_m) - f64::from(OVERSHOOT) * relief_m;
         let lower_m = slack_m + self.viewpoint.camera_m.z;
@@ -192,8 +196,8 @@ impl<'a> Walk<'a> {
             let corner = |x: usize, y: usize| corners[y * (parts + 1) + x];
             let around = [corner(x, y), corner(x + 1, y + 1), corner(x + 1, y), corner(x, y + 1)];
             let z_m = land_m[y * parts + x];
-            let low_m = around.iter().fold(DVec2::INFINITY, |low, corner| low.min(corner.at_m)).extend(z_m);
-            let high_m = around.iter().fold(DVec2::NEG_INFINITY, |high, corner| high.max(corner.at_m)).extend(z_m);
+            let [a, b, c, d] = around.map(|corner| corner.at_m);
+            let (low_m, high_m) = (a.min(b).min(c.min(d)).extend(z_m), a.max(b).max(c.max(d)).extend(z_m));
             if let Some(bent) = self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m }) {
                 self.skyline.add(&bent, &around, bent.low_m.z);
             }
@@ -300,6 +304,7 @@ impl<'a> Walk<'a> {
             level,
             holes: patch.statistics.voids != Voids::None,
             is_removed: false,
+            across: [None; 4],
         });
     }
 
@@ -312,16 +317,18 @@ impl<'a> Walk<'a> {
     }
 
     /// Splits leaves that are more than [`MAX_LEVEL_STEP`] coarser than a neighbour; where one cannot be split, merges
-    /// its neighbours instead.
+    /// its neighbours instead. Finds the leaves across the sides of each.
     pub(super) fn limit_steps(&mut self) {
         loop {
             let mut too_far_apart = Vec::new();
             for leaf in 0..self.leaves.len() {
                 let Leaf { node, key, is_removed, .. } = self.leaves[leaf];
                 for side in (0..4).filter(|_| !is_removed) {
-                    if let Some(coarse) = self.tree.leaf_across(node, side)
-                        && let Some(across) = self.tree.leaf(coarse)
-                        && self.leaves[across].key.level > key.level + MAX_LEVEL_STEP
+                    let across = self.tree.leaf_across(node, side);
+                    let index = across.and_then(|across| self.tree.leaf(across));
+                    self.leaves[leaf].across[side] = index.map(|index| index as u32);
+                    if let (Some(coarse), Some(index)) = (across, index)
+                        && self.leaves[index].key.level > key.level + MAX_LEVEL_STEP
                     {
                         too_far_apart.push((node, coarse));
                     }
@@ -388,15 +395,19 @@ impl<'a> Walk<'a> {
     /// the skyline of all of them.
     pub(super) fn finish(mut self, anchor: DVec2) -> (Selection, Skyline) {
         let units_log2 = -self.finest_level;
-        let mut order: Vec<u32> =
-            (0..self.leaves.len() as u32).filter(|leaf| !self.leaves[*leaf as usize].is_removed).collect();
-        // The key breaks ties, so that the order is deterministic.
-        order.sort_unstable_by(|a, b| {
-            let (a, b) = (&self.leaves[*a as usize], &self.leaves[*b as usize]);
-            a.holes.cmp(&b.holes).then(a.distance_m.total_cmp(&b.distance_m)).then(a.key.cmp(&b.key))
-        });
-        let mut selection = Selection::default();
-        for leaf in order {
+        let leaves = self.leaves.iter().enumerate().filter(|(_, leaf)| !leaf.is_removed);
+        // Distances are positive, so their bits have their order. The key breaks ties, so that the order is deterministic.
+        let mut order: Vec<(bool, u64, PatchKey, u32)> =
+            leaves.map(|(i, leaf)| (leaf.holes, leaf.distance_m.to_bits(), leaf.key, i as u32)).collect();
+        order.sort_unstable();
+        let count = order.len();
+        let mut selection = Selection {
+            solid: Vec::with_capacity(count),
+            with_holes: Vec::new(),
+            leaves: Vec::with_capacity(count),
+            distances_m: Vec::with_capacity(count),
+        };
+        for (.., leaf) in order {
             let leaf = self.leaves[leaf as usize];
             let (edge_levels, sides) = self.edges(&leaf);
             let (first, _) = leaf.key.area();
@@ -425,8 +436,7 @@ impl<'a> Walk<'a> {
         let own = f64::from(leaf.key.level);
         let (mut edge_levels, mut sides) = ([0.0; 4], 0);
         for (side, edge_level) in edge_levels.iter_mut().enumerate() {
-            let across = self.tree.leaf_across(leaf.node, side);
-            let other = across.and_then(|node| self.tree.leaf(node)).map(|other| self.leaves[other]);
+            let other = leaf.across[side].map(|other| self.leaves[other as usize]);
             *edge_level = (leaf.level.max(other.map_or(leaf.level, |other| other.level)) - own) as f32;
             let is_own = match other {
                 Some(other) if other.key.level == leaf.key.level => side % 2 == 0,

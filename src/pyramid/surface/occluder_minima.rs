@@ -7,16 +7,27 @@
 
 use super::bicubic::OVERSHOOT;
 use super::statistics::TileStatistics;
-use crate::pyramid::tile::{TILE_SAMPLES, TILE_STRIDE, Tile, is_void};
+use crate::pyramid::tile::{PATCH_QUADS, TILE_SAMPLES, TILE_STRIDE, Tile, is_void};
 
 /// Number of samples along the side of a block.
 pub(crate) const BLOCK_SAMPLES: u32 = 4;
 /// Number of blocks along the side of a tile.
 pub(crate) const TILE_BLOCKS: u32 = TILE_SAMPLES / BLOCK_SAMPLES;
 
-/// For each block, a height in metres that the surface of full resolution never goes below.
+/// Number of blocks along the side of a mesh patch.
+const PATCH_BLOCKS: u32 = PATCH_QUADS / BLOCK_SAMPLES;
+
+/// For each block, a height in metres that the surface of full resolution never goes below. The blocks of a mesh patch
+/// follow each other, so that they are in one line of the processor's cache.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OccluderMinima(Box<[f32]>);
+
+/// Returns the index of the block in column `x` and row `y` of a tile.
+#[inline]
+fn index(x: u32, y: u32) -> usize {
+    let patch = (y / PATCH_BLOCKS) * (TILE_BLOCKS / PATCH_BLOCKS) + x / PATCH_BLOCKS;
+    ((patch * PATCH_BLOCKS + y % PATCH_BLOCKS) * PATCH_BLOCKS + x % PATCH_BLOCKS) as usize
+}
 
 impl OccluderMinima {
     /// Computes the minima of a tile: its samples minus their possible error. −∞ where a sample is no-data.
@@ -26,7 +37,7 @@ impl OccluderMinima {
         // A level's samples are up to half a sample away from those of the mesh, so a block includes two more samples
         // on each side.
         const SIDE: usize = BLOCK_SAMPLES as usize + 4;
-        let mut minima_m = Vec::with_capacity(BLOCKS * BLOCKS);
+        let mut minima_m = vec![0.0; BLOCKS * BLOCKS];
         let mut columns = [(0.0_f32, 0.0_f32); STRIDE];
         for row in 0..BLOCKS {
             columns.fill((f32::INFINITY, f32::NEG_INFINITY));
@@ -41,15 +52,16 @@ impl OccluderMinima {
                 let around = &columns[block * BLOCK_SAMPLES as usize..][..SIDE];
                 let low_m = around.iter().map(|column| column.0).fold(f32::INFINITY, f32::min);
                 let high_m = around.iter().map(|column| column.1).fold(f32::NEG_INFINITY, f32::max);
-                minima_m.push(low_m - OVERSHOOT * (high_m - low_m) - statistics.error_m);
+                minima_m[index(block as u32, row as u32)] = low_m - OVERSHOOT * (high_m - low_m) - statistics.error_m;
             }
         }
         Self(minima_m.into())
     }
 
     /// Returns the minimum of the block in column `x` and row `y` of the tile, in metres; −∞ next to no-data.
+    #[inline]
     pub fn get(&self, x: u32, y: u32) -> f32 {
-        self.0[(y * TILE_BLOCKS + x) as usize]
+        self.0[index(x, y)]
     }
 }
 

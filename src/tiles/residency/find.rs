@@ -1,7 +1,7 @@
 //! Finds the tiles that a view needs, and for how long the list may be used.
 //!
 //! While a camera flies, the list is found with a margin: for a wider view from anywhere near the camera. It is found
-//! again when the camera leaves the margin, when tiles have arrived, and at least ten times a second. A camera at rest
+//! again when the camera leaves the margin, when tiles of the list have arrived, and at least ten times a second. A camera at rest
 //! gets the exact list, so that its picture equals that of a file.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
@@ -15,16 +15,17 @@ use crate::scene::frustum::Frustum;
 use crate::tiles::earth_curvature::EarthCurvature;
 use crate::tiles::grid_projection::GridProjection;
 use crate::tiles::map_neighbours::map_neighbours;
-use crate::tiles::memory_error::{FULL, SPARE};
+use crate::tiles::memory_factor::{FULL, SPARE};
 use crate::tiles::needed::{Land, LevelRule, Needed, is_hidden, is_needed, needed};
 use crate::tiles::prefetch::{ComingView, Outlook, Prefetcher};
 use crate::tiles::queues::in_order;
 
-/// How far ahead tiles are requested, in seconds; the nearer future has the higher priority.
+/// How far ahead tiles are requested, in seconds. The first is the near future, whose tiles get slots like those that are
+/// needed; of the others, the nearer future has the higher priority.
 const AHEAD_S: [f64; 4] = [0.35, 0.8, 1.5, 3.0];
-/// How much steeper slopes may look than from the foreseen place, per second ahead, because no camera keeps its velocity:
-/// height per distance, per second.
-const SLACK_PER_S: f64 = 0.03;
+/// How much more than foreseen the camera may see over a crest, per second ahead, because no camera keeps its velocity:
+/// a slope (height per distance) per second.
+const SLACK_PER_S: f64 = 0.04;
 /// How much wider than the view the views ahead are, in radians, because no camera keeps its velocity.
 const AHEAD_RAD: f64 = 0.05;
 /// How far outside of the view tiles are requested, in radians.
@@ -43,8 +44,8 @@ const MIN_AGE_S: f64 = 0.03;
 const HIDDEN_S: f64 = 0.25;
 /// The shortest time between two looks ahead, in seconds.
 const LOOK_S: f64 = 0.1;
-/// The fraction of the slots left over that tiles for the near future are loaded into. Those that are there may fill
-/// all of them: a tile whose rank varies a little is not loaded and evicted in turn.
+/// The fraction of the slots left over into which foreseen tiles are loaded. Those that are there may stay in all of
+/// them: a tile whose rank varies a little is not loaded and evicted in turn.
 const LOADED_SOON: f64 = 0.85;
 /// The fraction of the slots that tiles for maps may take from those of the surface.
 const MAX_OF_MAPS: f64 = 0.5;
@@ -61,7 +62,7 @@ pub(super) struct Found {
     at_s: f64,
     /// The frame in which it was found.
     pub frame: u64,
-    atlas_version: u64,
+    arrivals: u64,
     needs_map_neighbours: bool,
 }
 
@@ -87,9 +88,9 @@ impl Residency {
         let is_at_rest = found.camera_m == rule.camera_m && found.frusta == rule.frusta;
         (found.camera_m, found.frusta) = (rule.camera_m, rule.frusta.clone());
         let age_s = now_s - found.at_s;
-        let has_changed = found.atlas_version != self.atlas.version();
+        let has_changed = found.arrivals != self.arrivals;
         if is_at_rest {
-            return !found.is_exact || has_changed || age_s > MAX_AGE_S && self.memory.factor() > 1.0;
+            return !found.is_exact || has_changed || age_s > MAX_AGE_S && self.memory_factor.value() > 1.0;
         }
         found.needs_map_neighbours != movement.needs_map_neighbours
             || age_s > MAX_AGE_S
@@ -118,6 +119,7 @@ impl Residency {
         let is_same = all.len() == self.needed.len()
             && all.iter().zip(&self.needed).all(|(tile, before)| tile.address == before.address);
         self.needed = all;
+        let before_set = (before.is_some() && !is_same).then(|| self.needed_set.clone());
         if !is_same || before.as_ref().is_none_or(|found| found.needs_map_neighbours != movement.needs_map_neighbours) {
             self.needed_set = self.needed.iter().map(|tile| tile.address).collect();
             self.find_map_neighbours(movement.needs_map_neighbours);
@@ -125,7 +127,7 @@ impl Residency {
             self.version += 1;
         }
         if streams {
-            self.mark_needed(before.as_ref().map(|found| found.frame), frame);
+            self.mark_needed(before_set.as_ref(), frame);
             self.look_ahead(grid_projection, movement, frame, now_s);
         }
         self.found = Some(Found {
@@ -135,7 +137,7 @@ impl Residency {
             is_exact,
             at_s: now_s,
             frame,
-            atlas_version: self.atlas.version(),
+            arrivals: self.arrivals,
             needs_map_neighbours: movement.needs_map_neighbours,
         });
     }
@@ -161,11 +163,11 @@ impl Residency {
         streams: bool,
         step_s: Option<f64>,
     ) -> Vec<Needed> {
-        let least = if streams { self.memory.least(step_s) } else { 1.0 };
+        let least = if streams { self.memory_factor.least(step_s) } else { 1.0 };
         let rule = LevelRule { focal_px: rule.focal_px / least, ..rule.clone() };
         let land = Land { store: &*self.store, grid_projection };
         let known = |address| self.atlas.get(address).map(|resident| resident.statistics());
-        let mut all = needed(&land, &mut self.places, known, &rule, 0.0);
+        let mut all = needed(&land, &mut self.tile_bounds, known, &rule, 0.0);
         if streams && !self.fits_all {
             all.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * least).min(1e30) as f32);
             let slots = self.atlas.slots() as usize;
@@ -191,12 +193,12 @@ impl Residency {
         let now: FxHashSet<TileAddress> = all.iter().map(|tile| tile.address).collect();
         let near = self.foreseen.near.iter().filter(|tile| step_s.is_some() && !now.contains(&tile.address));
         let factors = all.iter().chain(near).map(|tile| tile.factor).collect();
-        let (before, atlas) = (self.memory.factor(), &self.atlas);
+        let (before, atlas) = (self.memory_factor.value(), &self.atlas);
         let finer = |tile: &&Needed| f64::from(tile.factor) <= before;
         let missing = || all.iter().filter(finer).filter(|tile| atlas.get(tile.address).is_none());
-        let has_room = self.memory.advance(factors, room, step_s, |_| missing().next().is_none());
+        let has_room = self.memory_factor.advance(factors, room, step_s, || missing().next().is_none());
         self.missing_finer = if has_room { missing().map(|tile| tile.address).collect() } else { Vec::new() };
-        let factor = self.memory.factor();
+        let factor = self.memory_factor.value();
         all.retain(|tile| f64::from(tile.factor) > factor);
     }
 
@@ -219,8 +221,9 @@ impl Residency {
             let address = tile.address;
             let parent = TileAddress { level: address.level + 1, x: address.x / 2, y: address.y / 2 };
             let is_hidden = hidden.contains(&parent)
-                || (self.ranges.get(address))
-                    .is_some_and(|range_m| is_hidden(&land, &mut self.places, &rule, address, range_m, skyline, 0.0));
+                || (self.ranges.get(address)).is_some_and(|range_m| {
+                    is_hidden(&land, &mut self.tile_bounds, &rule, address, range_m, skyline, 0.0)
+                });
             if is_hidden {
                 hidden.insert(address);
             }
@@ -240,14 +243,14 @@ impl Residency {
         let parent = TileAddress { level: tile.level + 1, x: tile.x / 2, y: tile.y / 2 };
         let Some(of_parent) = self.atlas.get(parent).map(|resident| resident.statistics()) else { return true };
         let rule = LevelRule { margin_m: 0.0, ..rule.clone() };
-        let factor = self.memory.factor();
-        if !is_needed(&land, &mut self.places, &rule, (parent, of_parent), factor) {
+        let factor = self.memory_factor.value();
+        if !is_needed(&land, &mut self.tile_bounds, &rule, (parent, of_parent), factor) {
             return false;
         }
         // The tile's own range is known if it has been there before; its parent's contains it.
         let range_m = self.ranges.get(tile).unwrap_or([of_parent.min_m, of_parent.max_m]);
         let skyline = self.skyline.as_ref().filter(|_| self.drops_hidden);
-        !skyline.is_some_and(|skyline| is_hidden(&land, &mut self.places, &rule, tile, range_m, skyline, 0.0))
+        !skyline.is_some_and(|skyline| is_hidden(&land, &mut self.tile_bounds, &rule, tile, range_m, skyline, 0.0))
     }
 
     /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
@@ -279,21 +282,22 @@ impl Residency {
         absent
     }
 
-    /// Marks the tiles of this view as needed and lists those that are missing. `before` is the frame of the previous
-    /// list.
-    fn mark_needed(&mut self, before: Option<u64>, frame: u64) {
-        let was_missing: FxHashSet<TileAddress> = self.missing.drain(..).map(|tile| tile.address).collect();
-        let of_maps = |address: &TileAddress| Needed { address: *address, urgency: MAP_URGENCY, factor: 1.0 };
-        let others = self.map_neighbours.iter().map(of_maps);
-        for tile in self.needed.iter().copied().chain(others) {
-            match self.atlas.want_and_last(tile.address, frame) {
-                Some(last) => self.hits.gpu[0] += u64::from(before.is_some_and(|before| last < before)),
-                None => {
-                    self.hits.gpu[1] += u64::from(before.is_some() && !was_missing.contains(&tile.address));
-                    self.missing.push(tile);
-                }
+    /// Marks the tiles of this view as needed and lists those that are missing. `before` has the tiles that the view
+    /// before needed, if they were others.
+    fn mark_needed(&mut self, before: Option<&FxHashSet<TileAddress>>, frame: u64) {
+        self.missing.clear();
+        for tile in &self.needed {
+            let is_there = self.atlas.want(tile.address, frame).is_some();
+            if before.is_some_and(|before| !before.contains(&tile.address)) {
+                *(if is_there { &mut self.hits.on_gpu } else { &mut self.hits.not_on_gpu }) += 1;
+            }
+            if !is_there {
+                self.missing.push(*tile);
             }
         }
+        let is_missing = |tile: &&TileAddress| self.atlas.want(**tile, frame).is_none();
+        let of_maps = |address: &TileAddress| Needed { address: *address, urgency: MAP_URGENCY, factor: 1.0 };
+        self.missing.extend(self.map_neighbours.iter().filter(is_missing).map(of_maps));
         self.missing = in_order(std::mem::take(&mut self.missing));
     }
 
@@ -313,7 +317,7 @@ impl Residency {
         let foreseen = std::sync::Arc::clone(&self.foreseen);
         let room = (self.atlas.slots() as usize).saturating_sub(self.needed.len() + self.map_neighbours.len());
         // The tiles of the near future have slots like those that are needed.
-        let factor = self.memory.factor();
+        let factor = self.memory_factor.value();
         let is_near = |tile: &&Needed| f64::from(tile.factor) > factor && !self.needed_set.contains(&tile.address);
         let near: Vec<TileAddress> = foreseen.near.iter().filter(is_near).take(room).map(|tile| tile.address).collect();
         self.missing_near = near.iter().copied().filter(|tile| self.atlas.want(*tile, frame).is_none()).collect();
@@ -339,7 +343,7 @@ impl Residency {
     fn coming_views(&self, grid_projection: &GridProjection, movement: &Movement) -> Vec<ComingView> {
         let ground = self.ground(grid_projection.grid_from_world(movement.rule.camera_m.truncate()));
         let nearest_m = ground.map_or(0.0, |ground| 0.5 * (movement.rule.camera_m.z - ground.height_m).abs()).max(0.02);
-        let factor = self.memory.after(AHEAD_S[0]);
+        let factor = self.memory_factor.after(AHEAD_S[0]);
         let focal_px = movement.rule.focal_px / factor;
         let margin_m = movement.velocity_m_s.length() * MARGIN_S;
         let rule = LevelRule { focal_px, margin_m, ..movement.rule.clone() };

@@ -24,8 +24,8 @@ use crate::tiles::selection::{Selection, Viewpoint};
 use crate::tiles::slot_maps::{MAPS_AT_ONCE, MapStep, SlotMaps};
 use crate::tiles::terrain_buffers::TerrainUniform;
 
-/// The fraction of the allowed error that the choice of the level may use: positions are exactly on the level's
-/// surface, so the rest is for deviations between the samples where errors were measured.
+/// The fraction of the allowed error that the choice of the tile level may use. The other half is for deviations between
+/// the samples at which the errors of tiles were measured.
 const LEVEL_SHARE: f64 = 0.5;
 
 /// Tiles for the mesh are loaded level by level; a frame that requests tiles more often than this uses the existing
@@ -127,7 +127,9 @@ impl Terrain {
         Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
     }
 
-    /// Loads tiles and selects patches.
+    /// Loads tiles and selects patches. For a file, it repeats until a pass loads nothing and requests nothing: after three
+    /// passes without an upload, the missing tiles count as without room; then the mesh is selected, and if it requests
+    /// tiles that can still be loaded, the loop begins again, at most [`MAX_ROUNDS`] times. A window makes one pass.
     fn fit(&mut self, gpu: &Gpu, view: &TerrainView, needs_map_neighbours: bool) -> Fitted {
         self.frame += 1;
         self.horizon_rad = view.horizon_rad;
@@ -184,18 +186,18 @@ impl Terrain {
                 // The tiles for the smallest factor are loaded after those for a larger one.
                 (false, _) => &[Search::Roughly, Search::Exactly],
             };
-            let mut waits_on = false;
+            let mut must_repeat = false;
             for search in searches {
                 selection = Some(self.select(view, fades.then_some(now_s), *search));
-                let can_come = || self.requested.keys().any(|tile| self.residency.can_come(*tile));
-                waits_on = waits && idle < 3 && rounds < MAX_ROUNDS && can_come();
+                let can_still_come = || self.requested.keys().any(|tile| self.residency.can_come(*tile));
+                must_repeat = waits && idle < 3 && rounds < MAX_ROUNDS && can_still_come();
                 // A factor of 1 is exact.
-                if waits_on || self.coarser == 1.0 {
+                if must_repeat || self.coarser == 1.0 {
                     break;
                 }
             }
             rounds += 1;
-            let Some(selection) = selection.filter(|_| !waits_on) else {
+            let Some(selection) = selection.filter(|_| !must_repeat) else {
                 continue;
             };
             tiles.pending += self.requested.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
