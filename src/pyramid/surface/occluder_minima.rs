@@ -58,6 +58,13 @@ impl OccluderMinima {
         Self(minima_m.into())
     }
 
+    /// Returns the minima of the 4 × 4 blocks of a mesh patch of the tile, in metres, row by row. The patch is in column `x`
+    /// and row `y`.
+    #[inline]
+    pub(crate) fn of_patch(&self, x: u32, y: u32) -> &[f32] {
+        &self.0[index(x * PATCH_BLOCKS, y * PATCH_BLOCKS)..][..(PATCH_BLOCKS * PATCH_BLOCKS) as usize]
+    }
+
     /// Returns the minimum of the block in column `x` and row `y` of the tile, in metres; −∞ next to no-data.
     #[inline]
     pub fn get(&self, x: u32, y: u32) -> f32 {
@@ -86,5 +93,9 @@ mod tests {
         }
         assert_eq!((minima.get(11, 20), minima.get(10, 21), minima.get(8, 20)), (99.5, 99.5, 99.5));
         assert_eq!(minima.get(50, 50), f32::NEG_INFINITY);
+        for (x, y) in [(0, 0), (2, 4), (2, 5), (12, 12), (15, 15)] {
+            let blocks = (0..16).map(|i| minima.get(4 * x + i % 4, 4 * y + i / 4));
+            assert!(minima.of_patch(x, y).iter().copied().eq(blocks), "{x} {y}");
+        }
     }
 }

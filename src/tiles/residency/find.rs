@@ -25,7 +25,7 @@ use crate::tiles::queues::in_order;
 const AHEAD_S: [f64; 4] = [0.35, 0.8, 1.5, 3.0];
 /// How much more than foreseen the camera may see over a crest, per second ahead, because no camera keeps its velocity:
 /// a slope (height per distance) per second.
-const SLACK_PER_S: f64 = 0.04;
+const SLACK_PER_S: f64 = 0.06;
 /// How much wider than the view the views ahead are, in radians, because no camera keeps its velocity.
 const AHEAD_RAD: f64 = 0.05;
 /// How far outside of the view tiles are requested, in radians.
