@@ -105,6 +105,8 @@ pub struct Renderer {
     submits: Submits,
     /// Whether frames write the motion of each pixel even if the style does not need it.
     wants_motion: bool,
+    /// Whether frames draw surface ids even if the world is only land.
+    wants_ids: bool,
     /// Whether frames also draw each set of hatching marks separately.
     wants_mark_sets: bool,
     /// Whether frames end when their strokes are drawn.
@@ -152,6 +154,7 @@ struct FrameInputs<'a> {
     /// Whether tiles of this view have arrived or are missing.
     land_changes: bool,
     wants_motion: bool,
+    wants_ids: bool,
     wants_mark_sets: bool,
     /// Whether the frame ends when its strokes are drawn.
     only_strokes: bool,
@@ -177,6 +180,7 @@ impl Renderer {
             step_s: STEP_S,
             submits: Submits::default(),
             wants_motion: false,
+            wants_ids: false,
             wants_mark_sets: false,
             only_strokes: false,
             hidden: Vec::new(),
@@ -227,6 +231,18 @@ impl Renderer {
     /// anti-aliasing needs.
     pub(crate) fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
+    }
+
+    /// Sets whether frames write [`SURFACE_ID`](crate::surface::SURFACE_ID), which a world that is only land does not
+    /// need.
+    pub(crate) fn set_wants_ids(&mut self, wants_ids: bool) {
+        self.wants_ids = wants_ids;
+    }
+
+    /// Plants an error: every view counts as one without water.
+    #[cfg(test)]
+    pub(crate) fn assume_dry(&mut self) {
+        self.dry.assumed = true;
     }
 
     /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_set`].
@@ -366,13 +382,14 @@ impl Renderer {
             self.pools.groups.clear();
         }
         let begun = Instant::now();
-        let water_version = style.water().and_then(|_| world.terrain.water_version());
-        let is_dry = self.dry.is_dry(water_version);
+        let water_maps = style.water().and_then(|_| world.terrain.water_maps_in_view());
+        let is_dry = water_maps.as_ref().is_some_and(|maps| self.dry.is_dry(maps));
         let strokes_settle = self.has_settling_strokes();
         let light = &seen_light(world, rig, style, light);
         let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut recorder, &prepared.selection);
         let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
+        let wants_ids = self.wants_ids;
         let only_strokes = self.only_strokes;
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
         // This is known of the last frame's view only. A different view is not at rest anyway.
@@ -398,6 +415,7 @@ impl Renderer {
             step_s,
             land_changes,
             wants_motion,
+            wants_ids,
             wants_mark_sets,
             only_strokes,
             hidden,
@@ -413,8 +431,10 @@ impl Renderer {
         self.cpu = FrameCpu { record_ms: begun.elapsed().as_secs_f64() * 1000.0 - submit_ms, submit_ms };
         self.drew = is_complete;
         if is_complete {
-            let found = self.pools.buffers.get(&lakes::seen::ARGUMENTS);
-            self.dry.request(gpu, water_version.filter(|_| !is_dry), found.as_ref());
+            if let Some(maps) = water_maps.filter(|_| !is_dry) {
+                let found = self.pools.buffers.get(&lakes::seen::ARGUMENTS);
+                self.dry.request(gpu, maps, found.as_ref());
+            }
             self.measure_trace(gpu, world)?;
         } else {
             self.rows.forget_planned();

@@ -51,7 +51,7 @@ pub mod commands;
 /// not part of the API.
 #[doc(hidden)]
 pub mod internals {
-    pub use crate::commands::bench::portable::page as portable_figures;
+    pub use crate::commands::bench::portable::{page as portable_figures, passes as portable_passes};
     pub use crate::commands::render::like::check_like;
     pub use crate::file::cache_folder::open as own_cache_folder;
     pub use crate::file::message::{chain, one_line, printable};

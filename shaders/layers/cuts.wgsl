@@ -16,7 +16,7 @@
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
 #import hachure::form::{form_of_level, level_seen, steps_on_plane}
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 #import hachure::line_ink::line_ink
 
 struct CutFamily {
@@ -92,7 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = place_seen(view, distance_m, pixel);
     let dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, rules.darkest);
-    if at.w <= 0.0 || dark <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if at.w <= 0.0 || dark <= 0.0 || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(ink, pixel, vec4<f32>(0.0, 0.0, 0.0, 1.0));
         return;
     }

@@ -21,7 +21,7 @@
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::seen::{normal_seen, place_seen}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
-#import hachure::surface_id::{has_trait, SMOOTH}
+#import hachure::surface_id::{has_trait, id_seen, SMOOTH}
 #ifdef TEXTURED
 #import hachure::brush::{Brush, brush_uv, brush_ink}
 #endif
@@ -207,7 +207,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = place_seen(view, distance_m, pixel);
     var ink = textureLoad(tree_line, min(pixel, vec2<i32>(textureDimensions(tree_line)) - 1), 0).r;
-    if at.w > 0.0 && has_trait(textureLoad(surface_id, pixel, 0).r, SMOOTH) {
+    if at.w > 0.0 && has_trait(id_seen(surface_id, pixel), SMOOTH) {
         let n = normal_seen(normal, pixel);
         let seen = between(pixel, at, n);
         if seen.is_there {

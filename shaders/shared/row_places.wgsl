@@ -1,9 +1,9 @@
-// Proposed marks on the picture, and two rasters of which mark claims each cell, and with what priority.
+// Proposed marks on the picture, and a raster of which mark claims each cell, and with what priority.
 //
 // A cell of a raster holds the greatest word that was written to it: the priority of a mark that is drawn, which
-// exceeds all others, or of one that is undecided. The second raster has only marks that are drawn. A priority depends
-// on the mark's position on the land, not on its number, so which mark claims a cell does not depend on timing. Walks
-// across a mark, from cell to cell, find the distance to the next one.
+// exceeds all others, or of one that is undecided. There are two of them: one has all claims, the other only marks that
+// are drawn. A priority depends on the mark's position on the land, not on its number, so which mark claims a cell does
+// not depend on timing. Walks across a mark, from cell to cell, find the distance to the next one.
 #define_import_path hachure::row_places
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL}
@@ -32,8 +32,8 @@ struct RowPlaces {
 @group(0) @binding(2) var<uniform> places: RowPlaces;
 @group(0) @binding(3) var<storage, read_write> proposed: array<atomic<u32>, 4>;
 @group(0) @binding(4) var<storage, read_write> proposals: array<vec4<f32>>;
-// All claims, then the marks that are drawn.
-@group(0) @binding(5) var<storage, read_write> raster: array<atomic<u32>>;
+// The raster that the pass reads.
+@group(0) @binding(5) var<storage, read> near: array<u32>;
 
 fn cell_px() -> f32 {
     return rules.spacing_px / CELLS_PER_SPACING;
@@ -46,18 +46,13 @@ fn cell_at(px: vec2<f32>) -> i32 {
     return select(cell.y * i32(places.size.x) + cell.x, -1, is_outside);
 }
 
-// Returns where the raster of the marks that are drawn begins.
-fn drawn_raster() -> u32 {
-    return places.size.x * places.size.y;
-}
-
-// Returns the word of a cell in the raster that begins at `first`; everything outside of it is taken.
-fn word_at(first: u32, px: vec2<f32>) -> u32 {
+// Returns the word of a cell; everything outside of the raster is taken.
+fn word_at(px: vec2<f32>) -> u32 {
     let cell = cell_at(px);
     if cell < 0 {
         return TAKEN;
     }
-    return atomicLoad(&raster[first + u32(cell)]);
+    return near[cell];
 }
 
 fn sample_of(number: u32, j: i32) -> vec4<f32> {

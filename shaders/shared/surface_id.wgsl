@@ -32,6 +32,12 @@ fn kind_of(id: u32) -> u32 {
     return select(countLeadingZeros(~id) + 1u, SKY, id == 0u);
 }
 
+// Returns the id of the surface that a pixel sees. In a world that is only land the picture has one texel, an id of land,
+// so a pass tests first whether a pixel sees the sky.
+fn id_seen(surface_id: texture_2d<u32>, pixel: vec2<i32>) -> u32 {
+    return textureLoad(surface_id, min(pixel, vec2<i32>(textureDimensions(surface_id)) - 1), 0).r;
+}
+
 // Returns whether the surface of an id has a trait. The sky has none.
 fn has_trait(id: u32, asked: u32) -> bool {
     return ((TRAITS >> (TRAIT_BITS * kind_of(id))) & asked) != 0u;

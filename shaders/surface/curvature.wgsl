@@ -16,7 +16,7 @@
 #import hachure::form::{form_of_level, level_seen, MAX_BEYOND}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{Shape, frame_of, form2, form3}
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct CurvatureRules {
     // Size of a sample of the requested level, in pixels.
@@ -89,7 +89,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = pixel_of_block(view, block);
     let at = place_seen(view, distance_m, pixel);
     let is_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
-    if at.w <= 0.0 || is_water || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if at.w <= 0.0 || is_water || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(shape_normal, block, vec4<f32>(0.0));
         textureStore(shape_bend, block, vec4<f32>(0.0));
         textureStore(shape_change, block, vec4<f32>(0.0));

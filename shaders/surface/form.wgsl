@@ -15,7 +15,7 @@
 #import hachure::earth::unbend
 #import hachure::form::{form_of_level, form_seen, MAX_BEYOND}
 #import hachure::mark_normal::pixel_of_block
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct FormRules {
     // Horizontal unit vector toward the sun.
@@ -60,7 +60,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = pixel_of_block(view, block);
     let at = place_seen(view, distance_m, pixel);
-    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if at.w <= 0.0 || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(form_normal, block, vec4<f32>(0.0));
         return;
     }

@@ -11,7 +11,7 @@
 #import hachure::earth::unbend
 #import hachure::form::{form_seen, normal_of_level}
 #import hachure::mark_normal::{BLOCK_PX, pixel_of_block, own_mark_normal}
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct MarkRules {
     // Size of a sample of the requested level, in pixels.
@@ -42,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(mark_normal, block, vec4<f32>(0.0));
         return;
     }
-    if !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(mark_normal, block, vec4<f32>(own_mark_normal(view, pixel, surface_seen(normal, pixel)), at.w));
         return;
     }

@@ -16,7 +16,7 @@
 #import hachure::surface::{cell_at, void_share, RIM_SHARE}
 #import hachure::earth::unbend
 #import hachure::form::steps_on_plane
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct RimRules {
     width_px: f32,
@@ -176,7 +176,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let at = place_seen(view, distance_m, pixel);
-    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if at.w <= 0.0 || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(rim, pixel, vec4<f32>(0.0));
         return;
     }

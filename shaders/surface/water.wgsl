@@ -3,7 +3,7 @@
 #import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 #import hachure::water_maps::shore_m
 
 struct WaterRules {
@@ -28,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let at = place_seen(view, distance_m, pixel);
-    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if at.w <= 0.0 || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(water, pixel, vec4<f32>(0.0));
         return;
     }

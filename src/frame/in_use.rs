@@ -9,17 +9,20 @@
 use super::Renderer;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::trace::{PassTrace, Traced};
+use crate::gpu::wgsl::shared::rows::MAX_CANDIDATES;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::lines::strokes::samples::{MAX_SAMPLES, SampleCounts};
 use crate::lines::strokes::{MAX_FRAME_SEGMENTS, StrokeCounts};
 use crate::surface::edges::{EDGE_DRAW, MAX_EDGES};
-use crate::surface::rows;
+use crate::surface::{lakes, rows};
 use crate::world::Surfaces;
 
 /// Atlases, which have a layer for each tile.
 const ATLASES: [&str; 3] = ["height tiles", "horizon maps", "water maps"];
 /// Beginnings of the names of the passes that compute maps.
 const MAP_PASSES: [&str; 2] = ["surface/lakes/", "surface/land/horizons"];
+/// The passes that make candidates in the blocks of rows that a frame builds.
+const BLOCK_PASSES: [&str; 2] = ["surface/rows/seeds", "surface/rows/trace"];
 /// Lists whose capacity grows with that for segments.
 const PER_SEGMENT: [&str; 12] = [
     "chain buckets",
@@ -47,9 +50,14 @@ pub(super) struct InUse {
     segments: u64,
     /// Number of samples in the longer one of the lists of this frame and the previous frame.
     samples: u64,
-    /// Number of proposed marks of rows, and of candidates for them.
+    /// Number of proposed marks of rows, and of those that are drawn.
     proposals: u64,
-    candidates: u64,
+    marks: u64,
+    /// The pass of water whose number of workgroups is 0, because a view has either water or none.
+    skipped: Option<&'static str>,
+    /// Number of candidates for marks in the blocks that the frame built, and in those that it may draw.
+    built_candidates: u64,
+    seen_candidates: u64,
 }
 
 impl InUse {
@@ -57,6 +65,7 @@ impl InUse {
     fn bytes_of(&self, pass: &str, used: &Traced) -> u64 {
         let part = |filled: u64, room: u64| (used.bytes * filled.min(room)).div_ceil(room.max(1));
         match used.name {
+            _ if self.skipped == Some(pass) => 0,
             name if ATLASES.contains(&name) => {
                 let layers = used.texture.as_ref().map_or(1, wgpu::Texture::depth_or_array_layers);
                 let [needed, around] = self.tiles;
@@ -68,9 +77,13 @@ impl InUse {
             name if PER_SEGMENT.contains(&name) => part(self.segments, MAX_FRAME_SEGMENTS.into()),
             name if PER_SAMPLE.contains(&name) => part(self.samples, MAX_SAMPLES.into()),
             "row proposals" => used.bytes.min(self.proposals * rows::proposals::BYTES),
-            "row marks" => used.bytes.min(self.proposals * rows::marks::BYTES),
+            "row marks" => used.bytes.min(self.marks * rows::marks::BYTES),
             // All pools together, which have one name and size and so count once.
-            "row candidates" => self.candidates * rows::blocks::CANDIDATE_BYTES,
+            "row candidates" => {
+                let builds = BLOCK_PASSES.contains(&pass);
+                let candidates = if builds { self.built_candidates } else { self.seen_candidates };
+                candidates * rows::blocks::CANDIDATE_BYTES
+            }
             _ => used.bytes,
         }
     }
@@ -117,9 +130,21 @@ impl Renderer {
             }
         }
         in_use.proposals = word(&rows::proposals::PROPOSED, 0)?;
-        for counts in self.rows.counts() {
+        if self.buffer(&lakes::seen::ARGUMENTS).is_some() {
+            let is_dry = word(&lakes::seen::ARGUMENTS, 0)? == 0;
+            in_use.skipped = Some(if is_dry { "surface/water" } else { "surface/dry" });
+        }
+        in_use.marks = word(&rows::marks::DRAWN, 1)?;
+        for (pool, counts) in self.rows.counts().enumerate() {
             let counts: Vec<u32> = readback::read_buffer(gpu, &counts.raw, rows::blocks::POOL_SLOTS)?;
-            in_use.candidates += counts.into_iter().map(u64::from).sum::<u64>();
+            let of = |slots: &[[usize; 2]]| {
+                let slots = slots.iter().filter(|[of_pool, _]| *of_pool == pool);
+                slots
+                    .map(|[_, slot]| u64::from(counts.get(*slot).copied().unwrap_or_default().min(MAX_CANDIDATES)))
+                    .sum::<u64>()
+            };
+            in_use.built_candidates += of(self.rows.built());
+            in_use.seen_candidates += of(self.rows.seen());
         }
         Ok(in_use)
     }
@@ -132,18 +157,33 @@ mod tests {
     #[test]
     fn a_list_counts_as_far_as_it_is_filled() {
         let used = |name, bytes| Traced { name, texture: None, bytes };
-        let in_use = InUse { edges: 10, segments: 6, samples: 1 << 20, candidates: 3, ..InUse::default() };
+        let in_use = InUse {
+            edges: 10,
+            segments: 6,
+            samples: 1 << 20,
+            proposals: 9,
+            marks: 4,
+            built_candidates: 3,
+            seen_candidates: 7,
+            ..InUse::default()
+        };
         let edges = u64::from(MAX_EDGES) * 32;
         assert_eq!(in_use.bytes_of("pass", &used("edges", edges)), 320);
         assert_eq!(in_use.bytes_of("pass", &used("segments", 1 << 20)), 6 * 32);
         assert_eq!(in_use.bytes_of("pass", &used("chain ranks", 64 * u64::from(MAX_FRAME_SEGMENTS))), 6 * 64);
+        let dry = InUse { skipped: Some("surface/water"), ..in_use };
+        assert_eq!(["surface/water", "surface/dry"].map(|pass| dry.bytes_of(pass, &used("water", 100))), [0, 100]);
         // A list that was too short is full, and other resources are whole.
         assert_eq!(
             in_use.bytes_of("pass", &used("stroke samples", 64 * u64::from(MAX_SAMPLES))),
             64 * u64::from(MAX_SAMPLES)
         );
         assert_eq!(in_use.bytes_of("pass", &used("vertices", 100)), 100);
-        assert_eq!(in_use.bytes_of("pass", &used("row candidates", 1 << 20)), 3 * rows::blocks::CANDIDATE_BYTES);
+        assert_eq!(in_use.bytes_of("pass", &used("row proposals", 1 << 20)), 9 * rows::proposals::BYTES);
+        assert_eq!(in_use.bytes_of("pass", &used("row marks", 1 << 20)), 4 * rows::marks::BYTES);
+        // A pass that builds blocks uses their candidates, and one that draws uses those in view.
+        let candidates = |pass| in_use.bytes_of(pass, &used("row candidates", 1 << 20)) / rows::blocks::CANDIDATE_BYTES;
+        assert_eq!(["surface/rows/seeds", "surface/rows/trace", "surface/rows/proposals"].map(candidates), [3, 3, 7]);
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub(super) struct Seen {
     pub(super) view: Resource,
     /// The view without jitter, for strokes: they compute exactly how much of each pixel they cover.
     pub(super) still_view: Resource,
+    /// Surface ids, or a stand-in of one texel if they are not wanted and all is land.
     pub(super) surface_id: Target,
     pub(super) distance: Target,
     pub(super) normal: Target,
@@ -124,20 +125,25 @@ fn see(
     let edges = edges.as_ref();
 
     // The surface: compute vertices, rasterise depth and id, and resolve the rest.
-    let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
+    let depth = &targets.whole(gpu, &surface::DEPTH);
+    // A world that is only land needs no ids.
+    let has_ids = inputs.wants_ids || world.has_local_colors();
+    let surface_id = &if has_ids { targets.whole(gpu, &surface::SURFACE_ID) } else { surface::id::only_land(recorder) };
+    let drawn_id = has_ids.then_some(surface_id);
     let hidden = inputs.hidden.get(eye).filter(|area| !area.corners.is_empty());
     if let Some(area) = hidden {
-        surface::hidden::run(recorder, area, depth, surface_id);
+        surface::hidden::run(recorder, area, depth, drawn_id);
     }
     for &batch in &mesh.batches {
         let clears = batch[0] == 0 && hidden.is_none();
         if is_first || mesh.batches.len() > 1 {
             mesh.place(recorder, batch, heights);
         }
-        let raster = land::raster::Inputs { view: &view, terrain: heights, mesh, batch, clears, depth, surface_id };
+        let (view, terrain, surface_id) = (&view, heights, drawn_id);
+        let raster = land::raster::Inputs { view, terrain, mesh, batch, clears, depth, surface_id };
         land::raster::run(recorder, &raster);
         if let Some(edges) = edges {
-            land::edges::run(recorder, edges, &land::edges::Inputs { view: &view, terrain: heights, mesh, batch });
+            land::edges::run(recorder, edges, &land::edges::Inputs { view, terrain, mesh, batch });
         }
     }
     // The models on the land, in the same steps.

@@ -3,7 +3,8 @@
 
 use super::Renderer;
 use crate::gpu::{Gpu, GpuError, readback};
-use crate::surface::{DISTANCE, NORMAL, NORMAL_AND_LIGHTNESS, seen};
+use crate::surface::id::Kind;
+use crate::surface::{DISTANCE, NORMAL, NORMAL_AND_LIGHTNESS, SURFACE_ID, seen};
 
 impl Renderer {
     /// Reads the position that each pixel of a window of an eye's picture sees, in metres from the rig's origin, and
@@ -45,5 +46,27 @@ impl Renderer {
         let Some(normal) = self.eye_target(eye, &NORMAL_AND_LIGHTNESS) else { return Ok(None) };
         let words: Vec<[u32; 2]> = readback::read_as(gpu, normal, origin_px, size_px)?;
         Ok(Some(words.into_iter().map(seen::surface_of).collect()))
+    }
+
+    /// Reads the kind of surface of each pixel of a window of an eye's picture. Returns `None` if the last frame has no
+    /// picture of the eye.
+    ///
+    /// # Errors
+    /// Those of [`places`](Self::places).
+    pub(crate) fn kinds(
+        &self,
+        gpu: &Gpu,
+        eye: usize,
+        origin_px: [u32; 2],
+        size_px: [u32; 2],
+    ) -> Result<Option<Vec<Kind>>, GpuError> {
+        if let Some(ids) = self.eye_target(eye, &SURFACE_ID) {
+            let ids: Vec<u32> = readback::read_as(gpu, ids, origin_px, size_px)?;
+            return Ok(Some(ids.into_iter().map(Kind::of).collect()));
+        }
+        // Without ids all is land.
+        let Some(distance) = self.eye_target(eye, &DISTANCE) else { return Ok(None) };
+        let distances_m: Vec<f32> = readback::read_as(gpu, distance, origin_px, size_px)?;
+        Ok(Some(distances_m.into_iter().map(|along_m| if along_m > 0.0 { Kind::Land } else { Kind::Sky }).collect()))
     }
 }

@@ -235,6 +235,7 @@ impl Renderer {
             let mesh = &PatchMesh::upload(&mut recorder, &Selection::default());
             let (step_s, land_changes) = (self.step_s, false);
             let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
+            let wants_ids = self.wants_ids;
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
             let rows = style.rows().map(|_| RowPlan::prewarm(gpu));
@@ -248,6 +249,7 @@ impl Renderer {
                 step_s,
                 land_changes,
                 wants_motion,
+                wants_ids,
                 wants_mark_sets,
                 only_strokes: self.only_strokes,
                 hidden,

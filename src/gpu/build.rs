@@ -116,7 +116,11 @@ fn compute(on: &On<'_>, key: Compute, number: u64) -> Result<Pipeline, ShaderErr
 fn draw(on: &On<'_>, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
     let &On { device, texts, stored } = on;
     let shader = Shader::new(device, texts, key.name, key.definitions)?;
-    let variables = shader.variables(&["vertex", key.fragment])?;
+    let fragment = (!key.fragment.is_empty()).then_some(key.fragment);
+    let variables = match fragment {
+        Some(fragment) => shader.variables(&["vertex", fragment])?,
+        None => shader.variables(&["vertex"])?,
+    };
     let (layout, whole) = layouts(device, key.name, &variables);
     let count = key.colors.iter().flatten().count();
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -128,9 +132,9 @@ fn draw(on: &On<'_>, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
         },
-        fragment: Some(wgpu::FragmentState {
+        fragment: fragment.map(|fragment| wgpu::FragmentState {
             module: &shader.module,
-            entry_point: Some(key.fragment),
+            entry_point: Some(fragment),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &key.colors[..count],
         }),

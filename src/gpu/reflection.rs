@@ -4,7 +4,7 @@
 //! it does not report what a pass reads and writes.
 
 use wgpu::naga;
-use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
+use wgpu::naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
 
 use super::shader::ShaderError;
 
@@ -65,7 +65,7 @@ impl Reflection {
                 })?;
                 // naga_oil decorates the names of imported variables: `nameX_naga_oil_mod_X…X`.
                 let decorated = variable.name.as_deref().unwrap_or_default();
-                let (is_read, is_written) = access(&ty);
+                let (is_read, is_written) = access(&ty, function[handle]);
                 variables.push(Variable {
                     name: decorated.split("X_naga_oil_mod_").next().unwrap_or(decorated).to_owned(),
                     entry: wgpu::BindGroupLayoutEntry {
@@ -97,6 +97,8 @@ impl Reflection {
                 match all.iter_mut().find(|known| known.name == variable.name) {
                     Some(known) => {
                         known.entry.visibility |= variable.entry.visibility;
+                        known.is_read |= variable.is_read;
+                        known.is_written |= variable.is_written;
                         // A texture that is sampled in one stage has to be filterable in both.
                         if is_filterable(&variable.entry.ty) {
                             known.entry.ty = variable.entry.ty;
@@ -124,10 +126,14 @@ fn visibility(stage: naga::ShaderStage) -> wgpu::ShaderStages {
     }
 }
 
-/// Returns whether a shader may read and whether it may write such a binding.
-fn access(ty: &wgpu::BindingType) -> (bool, bool) {
+/// Returns whether an entry point may read and whether it may write such a binding, which it uses in this way. WGSL has
+/// no storage buffers that are only written, so of a buffer that may be written the use decides.
+fn access(ty: &wgpu::BindingType, used: GlobalUse) -> (bool, bool) {
     match ty {
-        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. } => (true, true),
+        wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. } => (
+            used.intersects(GlobalUse::READ | GlobalUse::ATOMIC),
+            used.intersects(GlobalUse::WRITE | GlobalUse::ATOMIC),
+        ),
         wgpu::BindingType::StorageTexture { access, .. } => match access {
             wgpu::StorageTextureAccess::WriteOnly => (false, true),
             wgpu::StorageTextureAccess::ReadOnly => (true, false),

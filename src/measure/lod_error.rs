@@ -4,10 +4,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::frame::Renderer;
-use crate::gpu::{Gpu, GpuError, readback};
+use crate::gpu::{Gpu, GpuError};
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::scene::view::View;
-use crate::surface::SURFACE_ID;
 use crate::surface::id::Kind;
 use crate::tiles::Terrain;
 
@@ -28,10 +27,9 @@ pub fn largest_px(
     terrain: &Terrain,
     turn: u32,
 ) -> Result<Option<f64>, GpuError> {
-    let Some(surface_id) = renderer.target(&SURFACE_ID) else { return Ok(None) };
-    let [width, height] = surface_id.size_px();
+    let [width, height] = renderer.size_px();
     let Some(texels) = renderer.places(gpu, 0, [0, 0], [width, height])? else { return Ok(None) };
-    let ids: Vec<u32> = readback::read_as(gpu, surface_id, [0, 0], [width, height])?;
+    let Some(kinds) = renderer.kinds(gpu, 0, [0, 0], [width, height])? else { return Ok(None) };
     let pixels = f64::from(width) * f64::from(height);
     let stride = (pixels / f64::from(SAMPLES)).sqrt().ceil().max(1.0) as u32;
     // 5 and 7 have no factor in common with most strides, so each turn visits other pixels.
@@ -43,7 +41,7 @@ pub fn largest_px(
     let earth_curvature = terrain.earth_curvature(camera_m.z);
     let mut drawn: Vec<Drawn> = lattice
         .map(|(y, x)| y * width as usize + x)
-        .filter(|pixel| Kind::of(ids[*pixel]) == Kind::Land)
+        .filter(|pixel| kinds[*pixel] == Kind::Land)
         .map(|pixel| texels[pixel])
         .filter(|texel| texel[3] > 0.0)
         .map(|[x, y, z, _]| {

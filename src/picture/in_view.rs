@@ -3,9 +3,9 @@
 
 use super::Band;
 use crate::frame::Renderer;
-use crate::gpu::{Gpu, GpuError, readback};
+use crate::gpu::{Gpu, GpuError};
 use crate::style::color::srgb_from_linear;
-use crate::surface::SURFACE_ID;
+use crate::surface::id::Kind;
 
 /// Range of lightness, 0 to 1 in sRGB, up to which a picture is nearly blank: more than the grain of paper.
 const PALE: f32 = 0.1;
@@ -52,10 +52,10 @@ impl Seen {
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
 pub(super) fn shows_surface(gpu: &Gpu, renderer: &Renderer) -> Result<bool, GpuError> {
-    let Some(ids) = renderer.target(&SURFACE_ID) else { return Ok(true) };
-    let [width, height] = ids.size_px();
+    let [width, height] = renderer.size_px();
     let is_seen = |origin_px, size_px| {
-        readback::read_as::<u32>(gpu, ids, origin_px, size_px).map(|ids| ids.iter().any(|id| *id != 0))
+        let kinds = renderer.kinds(gpu, 0, origin_px, size_px)?;
+        Ok::<_, GpuError>(kinds.is_none_or(|kinds| kinds.iter().any(|kind| *kind != Kind::Sky)))
     };
     // Most pictures show land in a row below the middle.
     let row = (height * 3 / 4).min(height.saturating_sub(1));

@@ -19,7 +19,6 @@ use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
 use crate::style::layers::{Channels, Fading, Trace};
 use crate::style::{Layer, Style, StyleInk};
-use crate::surface::SURFACE_ID;
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
@@ -187,15 +186,12 @@ fn rows(
     surface: &Surface,
     spacing_px: f32,
 ) -> Result<Vec<Polyline>, GpuError> {
-    let ids: Vec<u32> = match renderer.target(&SURFACE_ID) {
-        Some(ids) => read_as(gpu, ids, [0, 0], view.part.size_px)?,
-        None => Vec::new(),
-    };
+    let kinds = renderer.kinds(gpu, 0, [0, 0], view.part.size_px)?.unwrap_or_default();
     let spacing = spacing_px / view.focal_px() as f32;
     let is_shown = |px: [f32; 2], depth_m: f32| {
         surface.pixel(px).is_some_and(|pixel| {
             let land_m = surface.position[pixel][3];
-            let is_land = ids.get(pixel).is_some_and(|id| Kind::of(*id) == Kind::Land);
+            let is_land = kinds.get(pixel) == Some(&Kind::Land);
             land_m > 0.0 && depth_m <= allowed_m(land_m, spacing) && is_land
         })
     };

@@ -263,8 +263,11 @@ fn render_eyes<E>(
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             let renderer = Renderer::or_new(renderer, gpu)?;
             renderer.set_antialias(antialias);
-            renderer
-                .set_wants_motion(request.planes.iter().any(|plane| matches!(plane.source, PlaneSource::Motion(_))));
+            let wants = |is: fn(PlaneSource) -> bool| request.planes.iter().any(|plane| is(plane.source));
+            renderer.set_wants_motion(wants(|source| matches!(source, PlaneSource::Motion(_))));
+            if wants(|source| source == PlaneSource::SurfaceId) {
+                renderer.set_wants_ids(true);
+            }
             let window = |eye| Window {
                 eye,
                 inset,

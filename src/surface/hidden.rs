@@ -20,6 +20,9 @@ const DRAW: Draw = Draw {
     ..Draw::triangles("surface/hidden")
 };
 
+/// The same without surface ids.
+const DEPTH: Draw = Draw { fragment: "", colors: [None, None, None, None, None], ..DRAW };
+
 /// The area of an eye's picture that is not visible.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct HiddenArea {
@@ -27,11 +30,11 @@ pub(crate) struct HiddenArea {
     pub corners: Vec<[f32; 2]>,
 }
 
-/// Clears depth and surface ids, and draws the hidden area into them. A prewarming run draws nothing.
-pub(crate) fn run(recorder: &mut Recorder<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
+/// Clears depth and surface ids, if they are wanted, and draws the hidden area into them. A prewarming run draws nothing.
+pub(crate) fn run(recorder: &mut Recorder<'_>, area: &HiddenArea, depth: &Target, surface_id: Option<&Target>) {
     let resources = [("corners", recorder.upload(&HIDDEN, &area.corners).binding())];
-    let drawing = recorder.drawing(&DRAW, &resources);
-    let on = Attachments { colors: &[surface_id], depth: Some(depth), clears: Clears::All };
+    let drawing = recorder.drawing(if surface_id.is_some() { &DRAW } else { &DEPTH }, &resources);
+    let on = Attachments { colors: surface_id.as_slice(), depth: Some(depth), clears: Clears::All };
     recorder.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);
         pass.draw(0..area.corners.len() as u32, 0..1);

@@ -8,6 +8,15 @@
 //! `shaders/shared/surface_id.wgsl` defines the kinds and what each of them has (its traits). Passes that draw more than
 //! one kind test a trait, so a new kind is one line there, one here, and the passes that draw it.
 
+use std::convert::Infallible;
+
+use super::ID_FORMAT;
+use crate::gpu::recorder::Recorder;
+use crate::gpu::target::{Target, TargetKind};
+
+/// A picture of one texel that stands for [`SURFACE_ID`](super::SURFACE_ID) in a world that is only land.
+const ONLY_LAND: TargetKind = TargetKind { name: "only land", format: ID_FORMAT, usage: wgpu::TextureUsages::COPY_DST };
+
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -39,6 +48,31 @@ impl Kind {
             _ => Self::Tree,
         }
     }
+}
+
+struct OnlyLand(Target);
+
+/// Returns the picture that passes read in place of surface ids if every pixel shows land or sky, so that no ids are
+/// drawn.
+pub(crate) fn only_land(recorder: &mut Recorder<'_>) -> Target {
+    let made = recorder.cached(
+        |_: &OnlyLand| true,
+        |gpu| {
+            let target = Target::new(gpu, &ONLY_LAND, [1, 1]);
+            let size = target.texture.size();
+            // An id of land: the highest bit is 0.
+            let texel = 1_u32.to_le_bytes();
+            gpu.queue.write_texture(
+                target.texture.as_image_copy(),
+                &texel,
+                wgpu::TexelCopyBufferLayout::default(),
+                size,
+            );
+            Ok::<_, Infallible>(OnlyLand(target))
+        },
+    );
+    let Ok(only_land) = made;
+    only_land.0.clone()
 }
 
 #[cfg(test)]

@@ -263,6 +263,7 @@ fn every_picture_of_a_frame_can_be_shown() {
     for name in style::names() {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         renderer.set_wants_motion(true);
+        renderer.set_wants_ids(true);
         trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
         world.gpu.check().unwrap();

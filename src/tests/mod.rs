@@ -20,6 +20,7 @@ mod cuts;
 mod depth;
 mod derive;
 mod device;
+mod dry;
 mod extremes;
 mod eyes;
 mod files;

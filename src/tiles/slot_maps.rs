@@ -10,6 +10,7 @@
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.
 
 use std::hash::{Hash, Hasher};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
 
@@ -39,8 +40,18 @@ struct Made<K> {
     frame: u64,
 }
 
+/// A map that a frame can read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct MapInView {
+    pub slot: u32,
+    /// A number that identifies what the map was computed from, and when.
+    pub content: u64,
+}
+
 /// The maps of a kind, and those that this frame has to compute.
 pub(crate) struct SlotMaps<K> {
+    /// A number that no other maps of the program have.
+    number: u64,
     view: wgpu::TextureView,
     bytes: u64,
     slots: u32,
@@ -86,7 +97,9 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
+        static MADE: AtomicU64 = AtomicU64::new(0);
         Self {
+            number: MADE.fetch_add(1, Ordering::Relaxed),
             view,
             bytes: u64::from(atlas.slots()) * u64::from(width * height) * 4,
             slots: atlas.slots(),
@@ -119,18 +132,19 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         self.key = key;
     }
 
-    /// Returns a number that identifies the maps of the tiles that the view needs, or `None` while maps are computed.
-    pub(crate) fn version(&self, residency: &Residency) -> Option<u64> {
-        if !self.jobs.is_empty() {
-            return None;
-        }
-        let mut hasher = FxHasher::default();
-        for tile in &residency.needed {
-            let made = self.made_of(&residency.atlas, tile.address);
-            let made = made.map(|made| (made.slot, made.arrived_s.to_bits(), made.frame));
-            (tile.address, made).hash(&mut hasher);
-        }
-        Some(hasher.finish())
+    /// Returns the maps of the tiles in the page table, those that this frame computes included.
+    pub(crate) fn in_view(&self, residency: &Residency) -> Vec<MapInView> {
+        let in_table = residency.needed.iter().map(|tile| tile.address).chain(residency.map_neighbours.iter().copied());
+        let map = |address| {
+            let made = self.made_of(&residency.atlas, address)?;
+            let mut hasher = FxHasher::default();
+            (self.number, address, made.arrived_s.to_bits(), made.frame).hash(&mut hasher);
+            Some(MapInView { slot: made.slot, content: hasher.finish() })
+        };
+        let mut maps: Vec<MapInView> = in_table.filter_map(map).collect();
+        maps.sort_unstable();
+        maps.dedup();
+        maps
     }
 
     /// Returns a number that changes whenever a map or its floor changes.

@@ -16,6 +16,7 @@ use super::grid_projection::GridProjection;
 use super::horizon_maps::HorizonMaps;
 use super::patch_tree::PatchTree;
 use super::residency::Residency;
+use super::slot_maps::MapInView;
 use super::terrain_buffers::TerrainBuffers;
 use super::water_maps::{NO_SEA_M, WaterMaps, water_maps};
 use crate::gpu::Gpu;
@@ -311,10 +312,9 @@ impl Terrain {
         }
     }
 
-    /// Returns a number that identifies the water maps of the last view's tiles, or `None` while nobody requests them or
-    /// some are being computed.
-    pub(crate) fn water_version(&self) -> Option<u64> {
-        self.water_maps.as_ref()?.version(&self.residency)
+    /// Returns the water maps that the last view's frame can read, or `None` while nobody requests any.
+    pub(crate) fn water_maps_in_view(&self) -> Option<Vec<MapInView>> {
+        Some(self.water_maps.as_ref()?.in_view(&self.residency))
     }
 
     /// Returns how many tiles on the GPU the last view needs, and how many more its maps depend on.

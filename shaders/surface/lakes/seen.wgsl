@@ -10,21 +10,32 @@ struct Seen {
 }
 
 @group(0) @binding(0) var<uniform> picture: Seen;
-// Three numbers for `surface/water`, and three for `surface/dry`.
+// Three numbers for `surface/water`, three for `surface/dry`, and from FIRST_FLAG on, for the slot of each map in view,
+// whether it has water.
 @group(0) @binding(1) var<storage, read_write> arguments: array<u32>;
+
+const FIRST_FLAG: u32 = 6u;
 
 var<workgroup> is_wet: atomic<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(local_invocation_index) thread: u32) {
+    if thread == 0u {
+        atomicStore(&is_wet, 0u);
+    }
+    workgroupBarrier();
     for (var level = 0; level < terrain.level_count; level++) {
         let info = levels[level];
         for (var y = 0; y < info.row_count; y++) {
             let row = tile_rows[info.first_row + y];
             for (var x = i32(thread); x < row.count; x += 64) {
                 let tile = tiles[row.first_tile + x];
-                if tile.shoreless != NO_MAP && textureLoad(water_maps, vec2<i32>(0, MAP_ROWS - 1), i32(tile.slot), 0).r != 0u {
-                    atomicStore(&is_wet, 1u);
+                if tile.shoreless != NO_MAP {
+                    let has_water = textureLoad(water_maps, vec2<i32>(0, MAP_ROWS - 1), i32(tile.slot), 0).r != 0u;
+                    arguments[FIRST_FLAG + tile.slot] = u32(has_water);
+                    if has_water {
+                        atomicStore(&is_wet, 1u);
+                    }
                 }
             }
         }

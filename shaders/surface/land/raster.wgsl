@@ -1,4 +1,4 @@
-// Rasterises depth and surface id of the patches, from the positions that vertices.wgsl wrote.
+// Rasterises depth of the patches, and their surface ids if they are wanted, from the positions that vertices.wgsl wrote.
 #import hachure::view::View
 #import hachure::mesh::{Patch, VERTICES}
 #import hachure::terrain::grid_from_world
@@ -28,12 +28,24 @@ fn solid(in: Vertex) -> @location(0) u32 {
     return in.id;
 }
 
+fn is_hole(in: Vertex) -> bool {
+    let flat_m = unbend(in.at_m).flat_m;
+    return is_void(grid_from_world(flat_m.xy).g, length(flat_m));
+}
+
 // For patches with holes in their data.
 @fragment
 fn with_holes(in: Vertex) -> @location(0) u32 {
-    let flat_m = unbend(in.at_m).flat_m;
-    if is_void(grid_from_world(flat_m.xy).g, length(flat_m)) {
+    if is_hole(in) {
         discard;
     }
     return in.id;
+}
+
+// The same without ids. Patches without holes and ids have no fragment shader.
+@fragment
+fn only_holes(in: Vertex) {
+    if is_hole(in) {
+        discard;
+    }
 }

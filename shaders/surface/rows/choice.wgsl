@@ -7,10 +7,11 @@
 // if no other nearby proposal has a greater priority. Long marks have the greatest priority, and marks of rows before
 // others; otherwise priorities are random numbers that depend on a mark's position on the land. So the choice depends
 // on a mark's surroundings alone. A round has two stages, since all threads must finish one before any begins the
-// next. A mark that is chosen at the second stage is written to the second raster at once, which only the first stage
-// reads, and to the first raster at the next first stage, which the second stage reads.
+// next. The first stage reads the raster of drawn marks and writes claims, the second reads claims and writes drawn
+// marks. A mark that is chosen at the second stage is written to that of drawn marks at once, and to the claims at the
+// next first stage.
 #import hachure::rows::{HALF, PROPOSAL, UNDECIDED, CHOSEN, DRAWN, DROPPED, SAMPLES}
-#import hachure::row_places::{places, rules, proposed, proposals, raster, TAKEN, WALK, CELLS_PER_SPACING, CHOICE_ROUNDS, cell_px, cell_at, drawn_raster, word_at}
+#import hachure::row_places::{places, rules, proposed, proposals, TAKEN, WALK, CELLS_PER_SPACING, CHOICE_ROUNDS, cell_px, cell_at, word_at}
 #import hachure::row_places::{sample_of, along_at, across_at, is_seen}
 
 // Least distance to another mark, in spacings: sideways, sideways for a mark outside of any row, and ahead of its ends.
@@ -21,27 +22,30 @@ const AHEAD: f32 = 0.0;
 const SHORTEST: f32 = 1.2;
 const CLAIM: u32 = 0u;
 
-// Returns the greatest word of a raster across a sample of a mark, and ahead of its ends.
-fn greatest_near(from_raster: u32, number: u32, j: i32, begin: i32, end: i32) -> u32 {
+// The raster that this stage writes.
+@group(0) @binding(6) var<storage, read_write> raster: array<atomic<u32>>;
+
+// Returns the greatest word across a sample of a mark, and ahead of its ends.
+fn greatest_near(number: u32, j: i32, begin: i32, end: i32) -> u32 {
     let px = sample_of(number, j).xy;
     let along = along_at(number, j, begin, end);
     let across = vec2<f32>(-along.y, along.x);
-    var word = word_at(from_raster, px);
+    var word = word_at(px);
     let apart = select(APART, APART_ALONE, sample_of(number, j).z < 0.0);
     for (var t = WALK; t <= apart * CELLS_PER_SPACING; t += WALK) {
-        word = max(word, max(word_at(from_raster, px + across * (t * cell_px())), word_at(from_raster, px - across * (t * cell_px()))));
+        word = max(word, max(word_at(px + across * (t * cell_px())), word_at(px - across * (t * cell_px()))));
     }
     if j == begin || j == end {
         let ahead = select(along, -along, j == begin);
         for (var t = WALK; t <= AHEAD * CELLS_PER_SPACING; t += WALK) {
-            word = max(word, word_at(from_raster, px + ahead * (t * cell_px())));
+            word = max(word, word_at(px + ahead * (t * cell_px())));
         }
     }
     return word;
 }
 
-// Writes the visible part of a mark to a raster.
-fn put_down(to: u32, number: u32, begin: i32, end: i32, first: vec4<f32>, word: u32) {
+// Writes the visible part of a mark to the raster.
+fn put_down(number: u32, begin: i32, end: i32, first: vec4<f32>, word: u32) {
     for (var j = begin; j < end; j++) {
         if !is_seen(first, j) && !is_seen(first, j + 1) {
             continue;
@@ -52,7 +56,7 @@ fn put_down(to: u32, number: u32, begin: i32, end: i32, first: vec4<f32>, word: 
         for (var i = 0; i <= steps; i++) {
             let cell = cell_at(start + way * (f32(i) / f32(max(steps, 1))));
             if cell >= 0 {
-                atomicMax(&raster[to + u32(cell)], word);
+                atomicMax(&raster[cell], word);
             }
         }
     }
@@ -72,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if places.stage == CLAIM {
         if first.w == CHOSEN {
             proposals[at].w = DRAWN;
-            put_down(0u, number, begin, end, first, TAKEN | u32(first.z));
+            put_down(number, begin, end, first, TAKEN | u32(first.z));
             return;
         }
         if first.w != UNDECIDED {
@@ -84,7 +88,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         var clear = begin;
         var length_px = 0.0;
         for (var j = begin; j <= end; j++) {
-            let is_taken = is_seen(first, j) && (greatest_near(drawn_raster(), number, j, begin, end) & TAKEN) != 0u;
+            let is_taken = is_seen(first, j) && (greatest_near(number, j, begin, end) & TAKEN) != 0u;
             if j > clear {
                 length_px += distance(sample_of(number, j).xy, sample_of(number, j - 1).xy);
             }
@@ -101,18 +105,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             return;
         }
         proposals[at].x = f32(longest.x + 32 * longest.y);
-        put_down(0u, number, longest.x, longest.y, first, turn);
+        put_down(number, longest.x, longest.y, first, turn);
     } else {
         if first.w != UNDECIDED {
             return;
         }
         for (var j = begin; j <= end; j++) {
-            if is_seen(first, j) && greatest_near(0u, number, j, begin, end) > turn {
+            if is_seen(first, j) && greatest_near(number, j, begin, end) > turn {
                 // Outside of the raster everything is taken, so such a proposal stays undecided.
                 return;
             }
         }
         proposals[at].w = select(CHOSEN, DRAWN, places.round + 1u == CHOICE_ROUNDS);
-        put_down(drawn_raster(), number, begin, end, first, TAKEN | u32(first.z));
+        put_down(number, begin, end, first, TAKEN | u32(first.z));
     }
 }

@@ -6,7 +6,7 @@
 #import hachure::view::View
 #import hachure::seen::place_seen
 #import hachure::rows::{RowRules, SAMPLES}
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: RowRules;
@@ -61,7 +61,7 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(in.clip.xy);
     let land = place_seen(view, distance_m, pixel);
     let allowed_m = land.w * (1.0 + BEHIND_PART) + BEHIND * rules.spacing_px * land.w / view.focal_px;
-    let is_hidden = land.w <= 0.0 || in.depth_m > allowed_m || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID);
+    let is_hidden = land.w <= 0.0 || in.depth_m > allowed_m || !has_trait(id_seen(surface_id, pixel), ON_GRID);
     // Written so that NaN, from a strip without area, is discarded too.
     if is_hidden || !(covered >= 1.0 / 512.0) {
         discard;

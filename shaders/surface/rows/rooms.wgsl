@@ -4,7 +4,7 @@
 // limits that room where another row or a single mark is near, and is the whole room of a single mark. The ink is
 // summed in squares, for `balance`.
 #import hachure::rows::{HALF, PROPOSAL, DRAWN, SAMPLES}
-#import hachure::row_places::{view, places, rules, proposed, proposals, TAKEN, WALK, CELLS_PER_SPACING, cell_px, drawn_raster, word_at}
+#import hachure::row_places::{view, places, rules, proposed, proposals, TAKEN, WALK, CELLS_PER_SPACING, cell_px, word_at}
 #import hachure::row_places::{sample_of, across_at, is_seen}
 #import hachure::row_ink::{SLENDER, INK_UNIT, square_px, squares_of}
 
@@ -20,7 +20,7 @@ const OF_NEARER: f32 = 1.5;
 // Returns the distance to the next mark on one side, in spacings.
 fn gap(own_turn: u32, px: vec2<f32>, across: vec2<f32>) -> f32 {
     for (var t = WALK; t <= FARTHEST * CELLS_PER_SPACING; t += WALK) {
-        let word = word_at(drawn_raster(), px + across * (t * cell_px()));
+        let word = word_at(px + across * (t * cell_px()));
         if (word & TAKEN) != 0u && word != TAKEN && word != (TAKEN | own_turn) {
             return t / CELLS_PER_SPACING;
         }

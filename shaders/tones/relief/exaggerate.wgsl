@@ -15,7 +15,7 @@
 #import hachure::earth::{Unbent, unbend}
 #import hachure::form::{level_seen, normal_of_level}
 #import hachure::light::{Light, tone_of_lit}
-#import hachure::surface_id::{has_trait, ON_GRID}
+#import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct ExaggerateRules {
     scales: u32,
@@ -49,7 +49,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let own = surface_seen(normal, pixel);
     var lit = 0.5 + 0.5 * dot(own.xyz, light.to_sun);
-    if has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
+    if has_trait(id_seen(surface_id, pixel), ON_GRID) {
         let flat_place = unbend(at.xyz);
         let point = grid_from_world(flat_place.flat_m.xy);
         let finest = level_seen(view, at.xyz, flat_place, point, exaggerate_rules.finest_px);

@@ -18,7 +18,7 @@
 #import hachure::light::{Light, haze_clear}
 #import hachure::lit_normal::lit_normal
 #import hachure::relief::{ReliefRules, DepthGradient, packed, on_plane}
-#import hachure::surface_id::{has_trait, SMOOTH}
+#import hachure::surface_id::{has_trait, id_seen, SMOOTH}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = place_seen(view, distance_m, pixel);
     // Each leaf of a tree has its own normal.
-    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, SMOOTH) {
+    if at.w <= 0.0 || !has_trait(id_seen(surface_id, pixel), SMOOTH) {
         textureStore(depth_gradient, pixel, vec4<f32>(0.0));
         return;
     }

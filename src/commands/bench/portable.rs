@@ -4,8 +4,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use rustc_hash::FxHashSet;
+
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
+use crate::gpu::trace::{PassBytes, PassTrace};
 use crate::measure::work::FrameWork;
 use crate::scene::path::CameraPath;
 use crate::scene::view::{Clock, View};
@@ -26,15 +29,12 @@ const FIRST_FRAMES: usize = 3;
 /// # Errors
 /// Those of opening the world and of drawing.
 pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyhow::Result<String> {
-    let mut world = OpenWorld::open(gpu, None, TerrainOptions::default())?;
-    let tour = Path::new("tour");
-    let text = CameraPath::read_text(tour)?;
-    let path = CameraPath::parse_on_ground(tour, text.as_bytes(), |x, y| world.ground_m(x, y))?;
+    let (mut world, path) = open(gpu)?;
     let [width, height] = size_px;
     let mut page = head(size_px);
     for name in style::names() {
         report(name);
-        let work = most_work(gpu, &mut world, &path, size_px, &Style::load(name)?)?;
+        let (work, _) = most_work(gpu, &mut world, &path, size_px, &Style::load(name)?)?;
         let FrameWork { bytes_read, bytes_written, wgpu_passes, dispatches, draws, copies, barriers } = work;
         let [read, written] = [bytes_read, bytes_written].map(|bytes| bytes as f64 / 1e9);
         let per_pixel = work.bytes() / (u64::from(width) * u64::from(height));
@@ -68,19 +68,49 @@ fn head([width, height]: [u32; 2]) -> String {
     )
 }
 
-/// Draws frames of a style, and returns the work of the traced one that moves most bytes.
+/// Draws the same frames of a style, and returns a text with the bytes per pixel that each pass reads and writes.
+///
+/// # Errors
+/// Those of opening the world and of drawing; the name of a style that does not exist.
+pub fn passes(gpu: &Gpu, size_px: [u32; 2], style: &str) -> anyhow::Result<String> {
+    let (mut world, path) = open(gpu)?;
+    let (work, trace) = most_work(gpu, &mut world, &path, size_px, &Style::load(style)?)?;
+    let pixels = size_px.map(f64::from).iter().product::<f64>();
+    let mut known = FxHashSet::default();
+    let names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name));
+    let bytes = work.bytes() as f64;
+    let mut text = format!("{style}: {:.3} GB, {:.1} bytes per pixel\n", bytes / 1e9, bytes / pixels);
+    for name in names {
+        let PassBytes { read, written } = PassBytes::of(&trace, name);
+        let [read, written] = [read, written].map(|bytes| bytes as f64 / pixels);
+        let runs = trace.iter().filter(|pass| pass.name == name).count();
+        writeln!(text, "{name:32} {runs:3} × {read:6.1} read {written:6.1} written")?;
+    }
+    Ok(text)
+}
+
+/// Opens the built-in world, and the path along which its frames are drawn.
+fn open(gpu: &Gpu) -> anyhow::Result<(OpenWorld, CameraPath)> {
+    let world = OpenWorld::open(gpu, None, TerrainOptions::default())?;
+    let tour = Path::new("tour");
+    let text = CameraPath::read_text(tour)?;
+    let path = CameraPath::parse_on_ground(tour, text.as_bytes(), |x, y| world.ground_m(x, y))?;
+    Ok((world, path))
+}
+
+/// Draws frames of a style, and returns the work and the trace of the traced one that moves most bytes.
 fn most_work(
     gpu: &Gpu,
     world: &mut OpenWorld,
     path: &CameraPath,
     size_px: [u32; 2],
     style: &Style,
-) -> anyhow::Result<FrameWork> {
+) -> anyhow::Result<(FrameWork, Vec<PassTrace>)> {
     let mut renderer = Renderer::new(gpu)?;
     renderer.set_step_s(STEP_S);
     let light = world.light();
     let traced = style.strokes().map_or(1, |strokes| strokes.update_every.max(1) as usize);
-    let mut most = FrameWork::default();
+    let mut most = (FrameWork::default(), Vec::new());
     let mut previous = None;
     for frame in 0..FIRST_FRAMES + traced {
         renderer.set_traces(frame >= FIRST_FRAMES);
@@ -92,7 +122,9 @@ fn most_work(
         gpu.wait();
         gpu.check()?;
         let work = FrameWork::of(renderer.trace());
-        most = if work.bytes() > most.bytes() { work } else { most };
+        if work.bytes() > most.0.bytes() {
+            most = (work, renderer.trace().to_vec());
+        }
     }
     Ok(most)
 }

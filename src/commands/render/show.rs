@@ -36,7 +36,9 @@ impl Job<'_> {
     /// Draws a frame, and writes the picture that `--show` names to `path`.
     pub(super) fn show(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let name = self.args.show.as_deref().unwrap_or_default();
-        Renderer::or_new(&mut self.renderer, &self.gpu)?.set_traces(true);
+        let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
+        renderer.set_traces(true);
+        renderer.set_wants_ids(true);
         let report = self.render(pose, pose, |_| Ok(()))?;
         let trace = self.renderer.as_ref().map(Renderer::trace).unwrap_or_default();
         let picture = show::read(&self.gpu, trace, name, self.args.size()).map_err(|error| match error {

@@ -1,4 +1,4 @@
-//! Draws the selected patches: depth and surface id. See `shaders/surface/land/raster.wgsl`.
+//! Draws the selected patches: depth, and surface ids if they are wanted. See `shaders/surface/land/raster.wgsl`.
 
 use std::convert::Infallible;
 
@@ -19,6 +19,9 @@ const SOLID: Draw = Draw {
     ..Draw::triangles("surface/land/raster")
 };
 const WITH_HOLES: Draw = Draw { fragment: "with_holes", ..SOLID };
+/// The same without surface ids.
+const SOLID_DEPTH: Draw = Draw { fragment: "", colors: [None, None, None, None, None], ..SOLID };
+const DEPTH_WITH_HOLES: Draw = Draw { fragment: "only_holes", ..SOLID_DEPTH };
 
 /// Inputs and outputs of the pass.
 pub(crate) struct Inputs<'a> {
@@ -31,21 +34,24 @@ pub(crate) struct Inputs<'a> {
     /// Whether the targets are cleared first.
     pub clears: bool,
     pub depth: &'a Target,
-    pub surface_id: &'a Target,
+    /// `None` if no surface ids are wanted.
+    pub surface_id: Option<&'a Target>,
 }
 
 /// Draws a batch of patches.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+    let [of_solid, of_holes] =
+        if inputs.surface_id.is_some() { [&SOLID, &WITH_HOLES] } else { [&SOLID_DEPTH, &DEPTH_WITH_HOLES] };
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.mesh.resources(inputs.batch));
     // The fragment shader of patches without holes does not read the terrain.
-    let solid = recorder.drawing(&SOLID, &resources);
+    let solid = recorder.drawing(of_solid, &resources);
     resources.extend(inputs.terrain.iter().cloned());
-    let with_holes = recorder.drawing(&WITH_HOLES, &resources);
+    let with_holes = recorder.drawing(of_holes, &resources);
     let indices = indices(recorder);
     let [first, count] = inputs.batch;
     let on = Attachments {
-        colors: &[inputs.surface_id],
+        colors: inputs.surface_id.as_slice(),
         depth: Some(inputs.depth),
         clears: if inputs.clears { Clears::All } else { Clears::Nothing },
     };

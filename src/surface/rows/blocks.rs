@@ -80,6 +80,9 @@ pub(crate) struct RowMemory {
     made_of: Option<MadeOf>,
     made: FxHashMap<Address, Made>,
     planned: Vec<Address>,
+    /// Pool and slot of each block that the last plan builds, and of each that it may draw.
+    built: Vec<[usize; 2]>,
+    seen: Vec<[usize; 2]>,
     frame: u64,
     is_late: bool,
 }
@@ -95,6 +98,16 @@ impl RowMemory {
     /// Returns the number of candidates of each slot, one buffer for each pool.
     pub(crate) fn counts(&self) -> impl Iterator<Item = &Buffer> {
         self.pools.iter().map(|[counts, _]| counts)
+    }
+
+    /// Returns pool and slot of each block that the last plan builds.
+    pub(crate) fn built(&self) -> &[[usize; 2]] {
+        &self.built
+    }
+
+    /// Returns pool and slot of each block that the last plan may draw.
+    pub(crate) fn seen(&self) -> &[[usize; 2]] {
+        &self.seen
     }
 
     /// Returns whether the next frame of the same view would have more marks.
@@ -114,6 +127,8 @@ impl RowMemory {
     ) -> RowPlan {
         self.frame += 1;
         self.planned.clear();
+        self.built.clear();
+        self.seen.clear();
         let pixels = rig.eyes.iter().map(|eye| eye.part.size_px.map(|side| side as f32).iter().product::<f32>());
         let spacing_m = terrain.grid_projection().spacing_m();
         let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
@@ -178,12 +193,14 @@ impl RowMemory {
                 self.planned.push(*address);
                 jobs += 1;
                 let [pool, slot] = pool_and_slot(slot);
+                self.built.push([pool, slot]);
                 plan[pool].jobs.push(block(terrain, *address, slot as u32, rig.origin_m));
             } else if is_stale {
                 self.is_late = true;
             }
             if let Some(made) = self.made.get(address) {
                 let [pool, slot] = pool_and_slot(made.slot);
+                self.seen.push([pool, slot]);
                 plan[pool].seen.push(block(terrain, *address, slot as u32, rig.origin_m));
             }
         }

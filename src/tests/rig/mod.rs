@@ -50,6 +50,7 @@ fn shifted_right(pose: Pose, right_m: f64) -> Pose {
 /// Draws all eyes of a rig.
 fn draw_rig(world: &mut World, renderer: &mut Renderer, style: &Style, rig: &Rig) {
     let light = light();
+    renderer.set_wants_ids(true);
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &light);
     renderer.render_rig(&world.gpu, &world.surfaces, &prepared, rig, style, &light).unwrap();
     world.gpu.check().unwrap();
