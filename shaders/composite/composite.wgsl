@@ -1,4 +1,7 @@
 // Combines paper, sky, tones, haze, focus and inks into the picture.
+//
+// SKY: the sky is drawn. INK_0 and on: the frame has so many inks. LINES: one of them is that of detected lines. GRAIN:
+// the paper has grain. BORDERED: the sheet has a margin or a border.
 #import hachure::focus::{Focus, in_focus, half_of_focus, focus_width}
 #import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
 #import hachure::seen::place_seen
@@ -35,7 +38,7 @@ struct Composite {
     // Distance at which haze has taken 63 % of the contrast.
     haze_m: f32,
     sky_zenith: vec3<f32>,
-    // Strength of the paper's grain.
+    // Strength of the paper's grain, with GRAIN.
     grain: f32,
     sky_horizon: vec3<f32>,
     // Fraction of a tone that remains in full haze, 0 to 1.
@@ -45,8 +48,8 @@ struct Composite {
     is_sample: u32,
     // Linear colour of ruled lines and outlines in the sky.
     sky_ink: vec3<f32>,
-    // 1: the sheet has a margin or a border, whose widths are `border_px`.
-    is_bordered: u32,
+    pad_a: u32,
+    // Linear colour of the border, whose width and that of the margin are `border_px`.
     border: vec3<f32>,
     // Height of the bare paper below the picture.
     foot_px: f32,
@@ -114,12 +117,15 @@ fn clearness(distance_m: f32, reach: f32) -> f32 {
     return exp(-t * t);
 }
 
+#ifdef LINES
 // Returns the nearest surface point among a pixel and its eight neighbours, and its distance in the fourth component. A
-// line at the pixel belongs to that surface: a silhouette belongs to the occluding one.
-fn nearest_surface(pixel: vec2<i32>) -> vec4<f32> {
+// line at the pixel belongs to that surface: a silhouette belongs to the occluding one. Without a line the loop ends
+// early, since a software driver runs both sides of a branch.
+fn nearest_surface(pixel: vec2<i32>, has_line: bool) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
+    let last_row = select(-1, 1, has_line);
     var nearest = vec4<f32>(vec3<f32>(0.0), 1e30);
-    for (var y = -1; y <= 1; y++) {
+    for (var y = -1; y <= last_row; y++) {
         for (var x = -1; x <= 1; x++) {
             let at = place_seen(view, distance_m, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last));
             if at.w > 0.0 {
@@ -130,6 +136,7 @@ fn nearest_surface(pixel: vec2<i32>) -> vec4<f32> {
     }
     return nearest;
 }
+#endif
 
 // What the inks of a pixel depend on.
 struct Place {
@@ -143,8 +150,11 @@ struct Place {
     clear: f32,
     // Fraction of the contrast that the focus leaves.
     focused: f32,
+    // The surface that a detected line belongs to: its point, and its distance from the eye.
+    nearest: vec4<f32>,
 }
 
+#ifdef LINES
 // Returns what is left of the ink of a detected line. A line covers both sides of its edge; in the distance the farther
 // side fades, so that lines are thin. Away from the focus the palest ink, that at the sides of a line, is cut off, so
 // that lines are thinner there.
@@ -152,7 +162,7 @@ fn line_left(ink: Ink, drawn: f32, place: Place) -> f32 {
     if drawn <= 0.0 {
         return 0.0;
     }
-    let nearest = nearest_surface(place.pixel);
+    let nearest = place.nearest;
     let clear = clearness(nearest.w, ink.reach);
     let focused = in_focus(focus, view, nearest.xyz, place.sheet_px);
     let is_behind = place.is_sky || place.distance_m > 1.01 * nearest.w;
@@ -162,19 +172,28 @@ fn line_left(ink: Ink, drawn: f32, place: Place) -> f32 {
     return kept * side * mix(ink.faintest, 1.0, clear) * half_of_focus(focused);
 }
 
+// Returns the ink of a detected line at a texel of the picture of ink `i`; 0 if that is another ink.
+fn line_ink(i: u32, texel: vec4<f32>) -> f32 {
+    return select(0.0, dot(texel, composite.inks[i].channel_mask), composite.inks[i].fading == ON_NEAREST);
+}
+#endif
+
 // Returns a colour with ink `i` drawn over it; `texel` is that of the ink's picture.
 fn inked(color: vec3<f32>, i: u32, texel: vec4<f32>, place: Place) -> vec3<f32> {
     let ink = composite.inks[i];
     let bare = 1.0 - texel.rgb;
     var amount = select(dot(texel, ink.channel_mask), 1.0 - bare.r * bare.g * bare.b, ink.is_crossed == 1u);
-    if ink.fading == ON_NEAREST {
-        amount = line_left(ink, amount, place);
-    } else if ink.fading != ALREADY_FADED && !place.is_sky {
+    if ink.fading != ALREADY_FADED && ink.fading != ON_NEAREST && !place.is_sky {
         // Most inks reach as far as tones, whose clearness is known.
         let clear = select(clearness(place.distance_m, ink.reach), place.clear, ink.reach == 1.0);
         let focused = select(place.focused, half_of_focus(place.focused), ink.fading == ON_SURFACE_WITH_TONE);
         amount *= mix(ink.faintest, 1.0, clear) * focused;
     }
+#ifdef LINES
+    if ink.fading == ON_NEAREST {
+        amount = line_left(ink, amount, place);
+    }
+#endif
     return mix(color, ink.color, amount);
 }
 
@@ -187,7 +206,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = place_seen(view, distance_m, pixel);
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
-    var place = Place(pixel, sheet + 0.5, at.w <= 0.0, 0.0, 1.0, 1.0);
+    var place = Place(pixel, sheet + 0.5, at.w <= 0.0, 0.0, 1.0, 1.0, vec4<f32>(0.0));
     var color: vec3<f32>;
     if place.is_sky {
 #ifdef SKY
@@ -204,94 +223,142 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = select(mix(composite.unfocused, color, place.focused), color, place.focused == 1.0);
     }
     color *= composite.paper;
-    if composite.grain > 0.0 {
-        color *= 1.0 + composite.grain * paper_grain(sheet);
-    }
+#ifdef GRAIN
+    let grain = 1.0 + composite.grain * paper_grain(sheet);
+    color *= grain;
+#endif
 #ifdef SKY
     if place.is_sky {
         color = mix(color, composite.sky_ink, textureLoad(sky, pixel, 0).a);
     }
 #endif
 #ifdef INK_0
-    color = inked(color, 0u, textureLoad(ink_0, pixel, 0), place);
+    let texel_0 = textureLoad(ink_0, pixel, 0);
 #endif
 #ifdef INK_1
-    color = inked(color, 1u, textureLoad(ink_1, pixel, 0), place);
+    let texel_1 = textureLoad(ink_1, pixel, 0);
 #endif
 #ifdef INK_2
-    color = inked(color, 2u, textureLoad(ink_2, pixel, 0), place);
+    let texel_2 = textureLoad(ink_2, pixel, 0);
 #endif
 #ifdef INK_3
-    color = inked(color, 3u, textureLoad(ink_3, pixel, 0), place);
+    let texel_3 = textureLoad(ink_3, pixel, 0);
 #endif
 #ifdef INK_4
-    color = inked(color, 4u, textureLoad(ink_4, pixel, 0), place);
+    let texel_4 = textureLoad(ink_4, pixel, 0);
 #endif
 #ifdef INK_5
-    color = inked(color, 5u, textureLoad(ink_5, pixel, 0), place);
+    let texel_5 = textureLoad(ink_5, pixel, 0);
 #endif
 #ifdef INK_6
-    color = inked(color, 6u, textureLoad(ink_6, pixel, 0), place);
+    let texel_6 = textureLoad(ink_6, pixel, 0);
 #endif
 #ifdef INK_7
-    color = inked(color, 7u, textureLoad(ink_7, pixel, 0), place);
+    let texel_7 = textureLoad(ink_7, pixel, 0);
 #endif
 #ifdef INK_8
-    color = inked(color, 8u, textureLoad(ink_8, pixel, 0), place);
+    let texel_8 = textureLoad(ink_8, pixel, 0);
 #endif
 #ifdef INK_9
-    color = inked(color, 9u, textureLoad(ink_9, pixel, 0), place);
+    let texel_9 = textureLoad(ink_9, pixel, 0);
 #endif
 #ifdef INK_10
-    color = inked(color, 10u, textureLoad(ink_10, pixel, 0), place);
+    let texel_10 = textureLoad(ink_10, pixel, 0);
 #endif
 #ifdef INK_11
-    color = inked(color, 11u, textureLoad(ink_11, pixel, 0), place);
+    let texel_11 = textureLoad(ink_11, pixel, 0);
 #endif
-    if composite.is_bordered == 1u {
-        let bare = composite.paper * (1.0 + composite.grain * paper_grain(sheet));
-        color = bordered(color, bare, composite.border, composite.border_px, composite.foot_px, sheet + 0.5, view.picture_px);
-    }
-    // The alpha of a sample is the ink of detected lines before haze, because distant lines are lines as well. They are
-    // the only inks that fade ON_NEAREST, and are always in the first channel.
+#ifdef LINES
+    var line = 0.0;
+#ifdef INK_0
+    line = max(line, line_ink(0u, texel_0));
+#endif
+#ifdef INK_1
+    line = max(line, line_ink(1u, texel_1));
+#endif
+#ifdef INK_2
+    line = max(line, line_ink(2u, texel_2));
+#endif
+#ifdef INK_3
+    line = max(line, line_ink(3u, texel_3));
+#endif
+#ifdef INK_4
+    line = max(line, line_ink(4u, texel_4));
+#endif
+#ifdef INK_5
+    line = max(line, line_ink(5u, texel_5));
+#endif
+#ifdef INK_6
+    line = max(line, line_ink(6u, texel_6));
+#endif
+#ifdef INK_7
+    line = max(line, line_ink(7u, texel_7));
+#endif
+#ifdef INK_8
+    line = max(line, line_ink(8u, texel_8));
+#endif
+#ifdef INK_9
+    line = max(line, line_ink(9u, texel_9));
+#endif
+#ifdef INK_10
+    line = max(line, line_ink(10u, texel_10));
+#endif
+#ifdef INK_11
+    line = max(line, line_ink(11u, texel_11));
+#endif
+    place.nearest = nearest_surface(pixel, line > 0.0);
+#endif
+#ifdef INK_0
+    color = inked(color, 0u, texel_0, place);
+#endif
+#ifdef INK_1
+    color = inked(color, 1u, texel_1, place);
+#endif
+#ifdef INK_2
+    color = inked(color, 2u, texel_2, place);
+#endif
+#ifdef INK_3
+    color = inked(color, 3u, texel_3, place);
+#endif
+#ifdef INK_4
+    color = inked(color, 4u, texel_4, place);
+#endif
+#ifdef INK_5
+    color = inked(color, 5u, texel_5, place);
+#endif
+#ifdef INK_6
+    color = inked(color, 6u, texel_6, place);
+#endif
+#ifdef INK_7
+    color = inked(color, 7u, texel_7, place);
+#endif
+#ifdef INK_8
+    color = inked(color, 8u, texel_8, place);
+#endif
+#ifdef INK_9
+    color = inked(color, 9u, texel_9, place);
+#endif
+#ifdef INK_10
+    color = inked(color, 10u, texel_10, place);
+#endif
+#ifdef INK_11
+    color = inked(color, 11u, texel_11, place);
+#endif
+#ifdef BORDERED
+#ifdef GRAIN
+    let bare = composite.paper * grain;
+#else
+    let bare = composite.paper;
+#endif
+    color = bordered(color, bare, composite.border, composite.border_px, composite.foot_px, sheet + 0.5, view.picture_px);
+#endif
+    // The alpha of a sample is the ink of detected lines before haze, because distant lines are lines as well.
     var alpha = 1.0;
     if composite.is_sample == 1u {
+#ifdef LINES
+        alpha = line;
+#else
         alpha = 0.0;
-#ifdef INK_0
-        alpha = select(alpha, textureLoad(ink_0, pixel, 0).r, composite.inks[0].fading == ON_NEAREST);
-#endif
-#ifdef INK_1
-        alpha = select(alpha, textureLoad(ink_1, pixel, 0).r, composite.inks[1].fading == ON_NEAREST);
-#endif
-#ifdef INK_2
-        alpha = select(alpha, textureLoad(ink_2, pixel, 0).r, composite.inks[2].fading == ON_NEAREST);
-#endif
-#ifdef INK_3
-        alpha = select(alpha, textureLoad(ink_3, pixel, 0).r, composite.inks[3].fading == ON_NEAREST);
-#endif
-#ifdef INK_4
-        alpha = select(alpha, textureLoad(ink_4, pixel, 0).r, composite.inks[4].fading == ON_NEAREST);
-#endif
-#ifdef INK_5
-        alpha = select(alpha, textureLoad(ink_5, pixel, 0).r, composite.inks[5].fading == ON_NEAREST);
-#endif
-#ifdef INK_6
-        alpha = select(alpha, textureLoad(ink_6, pixel, 0).r, composite.inks[6].fading == ON_NEAREST);
-#endif
-#ifdef INK_7
-        alpha = select(alpha, textureLoad(ink_7, pixel, 0).r, composite.inks[7].fading == ON_NEAREST);
-#endif
-#ifdef INK_8
-        alpha = select(alpha, textureLoad(ink_8, pixel, 0).r, composite.inks[8].fading == ON_NEAREST);
-#endif
-#ifdef INK_9
-        alpha = select(alpha, textureLoad(ink_9, pixel, 0).r, composite.inks[9].fading == ON_NEAREST);
-#endif
-#ifdef INK_10
-        alpha = select(alpha, textureLoad(ink_10, pixel, 0).r, composite.inks[10].fading == ON_NEAREST);
-#endif
-#ifdef INK_11
-        alpha = select(alpha, textureLoad(ink_11, pixel, 0).r, composite.inks[11].fading == ON_NEAREST);
 #endif
     }
     textureStore(picture, pixel, vec4<f32>(color, alpha));

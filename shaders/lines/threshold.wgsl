@@ -52,15 +52,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let p = vec2<i32>(id.xy);
     let here = load(p);
     var error = max(max(here.x, here.y), max(here.z, here.w));
-    // The filter only lowers errors, so those below the ramp need no filter.
-    if threshold.density > 0.0 && error > threshold.ramp.x {
+    // The filter only lowers errors, so those below the ramp need no filter. There the loop ends early, since a software
+    // driver runs both sides of a branch.
+    let is_filtered = threshold.density > 0.0 && error > threshold.ramp.x;
+    if is_filtered {
 #ifdef EIGHT
         let level = max(left_of_axis(p, vec2<i32>(1, 0), 0u), left_of_axis(p, vec2<i32>(0, 1), 1u));
         let aslant = max(left_of_axis(p, vec2<i32>(1, 1), 2u), left_of_axis(p, vec2<i32>(1, -1), 3u));
         error = max(level, aslant);
 #else
         var least = here;
-        for (var i = -2; i <= 2; i++) {
+        let last = select(-2, 2, is_filtered);
+        for (var i = -2; i <= last; i++) {
             least.x = min(least.x, load(p + vec2<i32>(i, 0)).x);
             least.y = min(least.y, load(p + vec2<i32>(0, i)).y);
             least.z = min(least.z, load(p + vec2<i32>(i, i)).z);

@@ -5,7 +5,7 @@ pub(crate) mod sky;
 pub(crate) mod temporal_aa;
 
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::pipelines::Compute;
+use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::composite::composite::{
@@ -25,10 +25,9 @@ pub(crate) const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::Text
 /// The shader's variables for the pictures of inks, from the bottom to the top.
 const NAMES: [&str; MAX_INKS] =
     ["ink_0", "ink_1", "ink_2", "ink_3", "ink_4", "ink_5", "ink_6", "ink_7", "ink_8", "ink_9", "ink_10", "ink_11"];
-/// The shader's definitions: `SKY` for a drawn sky, then one for each ink.
-const DEFINITIONS: [&str; MAX_INKS + 1] = [
-    "SKY", "INK_0", "INK_1", "INK_2", "INK_3", "INK_4", "INK_5", "INK_6", "INK_7", "INK_8", "INK_9", "INK_10", "INK_11",
-];
+/// The shader's definitions for inks.
+const INKS: [&str; MAX_INKS] =
+    ["INK_0", "INK_1", "INK_2", "INK_3", "INK_4", "INK_5", "INK_6", "INK_7", "INK_8", "INK_9", "INK_10", "INK_11"];
 
 // The shader's array of inks has as many entries.
 const _: fn(CompositeUniform) -> [InkUniform; MAX_INKS] = |uniform| uniform.inks;
@@ -104,7 +103,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         haze: light.haze_srgb.map_or(style.haze.color.linear(), |color| color.map(linear_from_srgb)),
         is_sample: u32::from(inputs.is_sample),
         sky_ink: style.sky.ink.linear(),
-        is_bordered: u32::from(style.paper.is_bordered() && !inputs.is_sample),
         border: style.paper.border.linear(),
         foot_px: style.paper.foot_px,
         border_px: [style.paper.margin_px, style.paper.border_px],
@@ -125,8 +123,16 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     ];
     resources.extend(NAMES.iter().zip(inks).map(|(name, ink)| (*name, (&ink.picture).into())));
     resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));
-    // `SKY` is at index 0, and the definition of ink `i` is at `i + 1`.
-    let first = usize::from(inputs.sky.is_none());
-    let definitions = &DEFINITIONS[first..=inks.len()];
+    let mut symbols = [("", false); MAX_INKS + 4];
+    symbols[..4].copy_from_slice(&[
+        ("SKY", inputs.sky.is_some()),
+        ("LINES", inks.iter().any(|ink| matches!(ink.fading, Fading::OnNearest { .. }))),
+        ("GRAIN", uniform.grain > 0.0),
+        ("BORDERED", style.paper.is_bordered() && !inputs.is_sample),
+    ]);
+    for (number, (symbol, name)) in symbols[4..].iter_mut().zip(INKS).enumerate() {
+        *symbol = (name, number < inks.len());
+    }
+    let definitions = defined(symbols);
     recorder.pixels(Compute { name: "composite/composite", definitions }, inputs.picture.size_px(), &resources);
 }

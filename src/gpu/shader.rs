@@ -57,6 +57,7 @@ pub(crate) const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/strokes/chain_rank_begin", &["LOOPS"]),
     ("surface/motion", &["WIND"]),
     ("composite/composite", &["SKY"]),
+    ("composite/composite", &["SKY", "LINES", "GRAIN", "BORDERED", "INK_0", "INK_1"]),
     ("surface/lakes/blocks", &["GIVEN"]),
     ("tones/water", &["MIRROR"]),
 ];

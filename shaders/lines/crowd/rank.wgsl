@@ -32,10 +32,12 @@ fn inside(pixel: vec2<i32>) -> vec2<i32> {
     return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
 }
 
-// Returns 1 / distance of the farthest and of the nearest surface around; 0 is the sky.
-fn nearness_at(pixel: vec2<i32>) -> vec2<f32> {
+// Returns 1 / distance of the farthest and of the nearest surface around; 0 is the sky. Where there is no ink, loops end
+// early, since a software driver runs both sides of a branch.
+fn nearness_at(pixel: vec2<i32>, has_ink: bool) -> vec2<f32> {
     var nearness = vec2<f32>(1e30, 0.0);
-    for (var y = -AROUND_PX; y <= AROUND_PX; y++) {
+    let last = select(-AROUND_PX, AROUND_PX, has_ink);
+    for (var y = -AROUND_PX; y <= last; y++) {
         for (var x = -AROUND_PX; x <= AROUND_PX; x++) {
             let depth_m = textureLoad(distance_m, inside(pixel + vec2<i32>(x, y)), 0).r;
             let near = select(0.0, 1.0 / max(depth_m, 1e-6), depth_m > 0.0);
@@ -50,13 +52,14 @@ fn step_of(nearness: vec2<f32>) -> f32 {
     return step / (step + STEP);
 }
 
-fn length_at(pixel: vec2<i32>) -> f32 {
+fn length_at(pixel: vec2<i32>, has_ink: bool) -> f32 {
     let apart_px = f32(crowd.cell_px) / f32(TAPS);
     var means: array<f32, DIRECTIONS>;
-    for (var i = 0; i < DIRECTIONS; i++) {
-        let angle = PI * f32(i) / f32(DIRECTIONS);
-        let way = apart_px * vec2<f32>(cos(angle), sin(angle));
-        for (var tap = 1; tap <= TAPS; tap++) {
+    let taps = select(1, TAPS, has_ink);
+    for (var tap = 1; tap <= taps; tap++) {
+        for (var i = 0; i < DIRECTIONS; i++) {
+            let angle = PI * f32(i) / f32(DIRECTIONS);
+            let way = apart_px * vec2<f32>(cos(angle), sin(angle));
             let off = vec2<i32>(round(way * f32(tap)));
             means[i] += textureLoad(line, inside(pixel + off), 0).r + textureLoad(line, inside(pixel - off), 0).r;
         }
@@ -87,9 +90,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ink = textureLoad(line, pixel, 0).r;
     var value = vec2<f32>(0.0);
     if ink > 0.0 {
-        let nearness = nearness_at(pixel);
+        let nearness = nearness_at(pixel, ink > 0.0);
         let nearest_m = select(0.0, 1.0 / nearness.y, nearness.y > 0.0);
-        value = vec2<f32>(0.5 * (step_of(nearness) + length_at(pixel)), capped(crowd, nearest_m));
+        value = vec2<f32>(0.5 * (step_of(nearness) + length_at(pixel, ink > 0.0)), capped(crowd, nearest_m));
         count(pixel, value.x, ink * value.y);
     }
     textureStore(rank, pixel, vec4<u32>(pack2x16unorm(value), 0u, 0u, 0u));

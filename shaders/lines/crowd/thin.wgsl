@@ -17,10 +17,12 @@ fn ranked(pixel: vec2<i32>) -> vec2<f32> {
     return unpack2x16unorm(textureLoad(rank, pixel, 0).r);
 }
 
-// Returns the mean rank of the ink around a pixel.
-fn rank_at(pixel: vec2<i32>) -> f32 {
+// Returns the mean rank of the ink around a pixel. Without ink the loop ends early, since a software driver runs both
+// sides of a branch.
+fn rank_at(pixel: vec2<i32>, has_ink: bool) -> f32 {
     var sum = vec2<f32>(0.0);
-    for (var y = -RADIUS_PX; y <= RADIUS_PX; y++) {
+    let last = select(-RADIUS_PX, RADIUS_PX, has_ink);
+    for (var y = -RADIUS_PX; y <= last; y++) {
         for (var x = -RADIUS_PX; x <= RADIUS_PX; x++) {
             let at = clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
             let ink = textureLoad(line, at, 0).r;
@@ -40,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var remaining = 0.0;
     if ink > 0.0 {
         let bar = bar_at(view, crowd, bars, vec2<f32>(pixel) + 0.5);
-        remaining = ink * mix(1.0, remaining_part(bar, rank_at(pixel)), ranked(pixel).y);
+        remaining = ink * mix(1.0, remaining_part(bar, rank_at(pixel, ink > 0.0)), ranked(pixel).y);
     }
     textureStore(thinned, pixel, vec4<f32>(remaining));
 }
