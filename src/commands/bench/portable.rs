@@ -30,18 +30,11 @@ const FIRST_FRAMES: usize = 3;
 /// Those of opening the world and of drawing.
 pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyhow::Result<String> {
     let (mut world, path) = open(gpu)?;
-    let [width, height] = size_px;
     let mut page = head(size_px);
     for name in style::names() {
         report(name);
         let (work, _) = most_work(gpu, &mut world, &path, size_px, &Style::load(name)?)?;
-        let FrameWork { bytes_read, bytes_written, wgpu_passes, dispatches, draws, copies, barriers } = work;
-        let [read, written] = [bytes_read, bytes_written].map(|bytes| bytes as f64 / 1e9);
-        let per_pixel = work.bytes() / (u64::from(width) * u64::from(height));
-        writeln!(
-            page,
-            "| `{name}` | {read:.3} | {written:.3} | {per_pixel} | {wgpu_passes} | {dispatches} | {draws} | {copies} | {barriers} |"
-        )?;
+        page += &row(name, &work, size_px);
     }
     Ok(page)
 }
@@ -68,7 +61,17 @@ fn head([width, height]: [u32; 2]) -> String {
     )
 }
 
-/// Draws the same frames of a style, and returns a text with the bytes per pixel that each pass reads and writes.
+/// Returns the row of a style.
+fn row(name: &str, work: &FrameWork, [width, height]: [u32; 2]) -> String {
+    let &FrameWork { bytes_read, bytes_written, wgpu_passes, dispatches, draws, copies, barriers } = work;
+    let [read, written] = [bytes_read, bytes_written].map(|bytes| bytes as f64 / 1e9);
+    let per_pixel = work.bytes() / (u64::from(width) * u64::from(height));
+    format!(
+        "| `{name}` | {read:.3} | {written:.3} | {per_pixel} | {wgpu_passes} | {dispatches} | {draws} | {copies} | {barriers} |\n"
+    )
+}
+
+/// Draws the same frames of a style, and returns its row and the bytes per pixel that each pass reads and writes.
 ///
 /// # Errors
 /// Those of opening the world and of drawing; the name of a style that does not exist.
@@ -78,8 +81,7 @@ pub fn passes(gpu: &Gpu, size_px: [u32; 2], style: &str) -> anyhow::Result<Strin
     let pixels = size_px.map(f64::from).iter().product::<f64>();
     let mut known = FxHashSet::default();
     let names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name));
-    let bytes = work.bytes() as f64;
-    let mut text = format!("{style}: {:.3} GB, {:.1} bytes per pixel\n", bytes / 1e9, bytes / pixels);
+    let mut text = row(style, &work, size_px);
     for name in names {
         let PassBytes { read, written } = PassBytes::of(&trace, name);
         let [read, written] = [read, written].map(|bytes| bytes as f64 / pixels);
