@@ -11,7 +11,7 @@
 
 struct Forest {
     seed: u32,
-    // Number of blocks in the dispatch.
+    // Number of blocks in the dispatch, one for each workgroup.
     blocks: u32,
     // Capacity for trees.
     capacity: u32,

@@ -8,8 +8,19 @@ const MIDDLE: u32 = 1u;
 const IMPOSTOR: u32 = 2u;
 const CANOPY: u32 = 3u;
 const TREE_LEVELS: u32 = 4u;
-// Words of the draw arguments of a list: vertices of a tree, trees, and the first of each.
-const DRAW_WORDS: u32 = 4u;
+// Words of the draw arguments of a list: vertices of a tree or indices of its mesh, trees, and zeros.
+const DRAW_WORDS: u32 = 5u;
+// Lists of trees: of each species its near and its middle meshes, then the impostors of all species, their pieces of
+// canopy, and of each species the trees that cast shadows.
+const MESH_LISTS: u32 = 2u;
+const LISTS_OF_SPECIES: u32 = 3u;
+const LISTS_OF_ALL: u32 = 2u;
+// Trees of a block that one workgroup evaluates. Each is drawn as three instances at most: in two of the levels between
+// which it dissolves, and as the piece of canopy that replaces it.
+const TREES_OF_GROUP: u32 = 64u;
+const INSTANCES_OF_TREE: u32 = 3u;
+// Stands for a list in which an instance is not.
+const NO_LIST: u32 = 0xffffu;
 // Depth along the view axis below which parts of trees are not drawn, so that an eye within a crown looks out of it.
 const CLEAR_M: f32 = 5.0;
 // Over this distance beyond CLEAR_M a tree disappears as the eye approaches its trunk: branches without their trunk
@@ -35,6 +46,16 @@ struct TreeInstance {
     // Species and level: species * TREE_LEVELS + level; from bit 16 on, the light on its site, 0 to 255; the highest
     // bit: the tree has strokes.
     bucket: u32,
+}
+
+// Returns the list of a species and a level, in a forest of so many species.
+fn list_of(all: u32, species: u32, level: u32) -> u32 {
+    return select(species * MESH_LISTS + level, all * MESH_LISTS + level - MESH_LISTS, level >= MESH_LISTS);
+}
+
+// Returns the list of the shadows of a species.
+fn list_of_shadows(all: u32, species: u32) -> u32 {
+    return all * MESH_LISTS + LISTS_OF_ALL + species;
 }
 
 fn species_of(tree: TreeInstance) -> u32 {

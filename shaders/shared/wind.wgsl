@@ -34,8 +34,8 @@ struct Wind {
     // Heights of trees on the picture below which leaves do not flutter, and above which they flutter fully.
     still_px: f32,
     flutter_px: f32,
-    // Index of the word of `tree_draws` that holds the number of trees.
-    counter: u32,
+    // Number of places for instances of trees.
+    instances: u32,
     padding: u32,
     // Gusts, and the swinging of trees.
     sways: array<Wave, 5>,

@@ -173,6 +173,14 @@ impl Sight<'_> {
         }
     }
 
+    /// Returns how many points of each of a block's tiles may have trees, those of lowest rank: at its distance the others
+    /// are thinned out.
+    pub(crate) fn listed(&self, block: Block, points: &Points) -> usize {
+        let rank = self.thinning.rank_at(self.feet(block).distance_m());
+        // The first point of a tile may have a lower rank than its number gives.
+        block.points(points).partition_point(|point| point.number == 0 || point.rank() < rank)
+    }
+
     /// Returns whether the frustum may see trees of a block within a distance. The parts of the block are asked, down to
     /// the smallest: a wide block of sparse trees may be seen where none of its parts is.
     pub(crate) fn sees_within(&self, block: Block, within_m: f64) -> bool {
@@ -213,7 +221,7 @@ pub(crate) fn fitted(sight: &mut Sight<'_>, points: &Points, max_trees: u64) -> 
     blocks.sort_by(|a, b| away_m(a).total_cmp(&away_m(b)));
     let mut room = max_trees;
     blocks.retain(|block| {
-        let own = block.points(points).len() as u64 * u64::from(block.tiles()).pow(2);
+        let own = sight.listed(*block, points) as u64 * u64::from(block.tiles()).pow(2);
         let fits = own <= room;
         room = if fits { room - own } else { 0 };
         fits
@@ -244,8 +252,7 @@ fn in_view(sight: &Sight<'_>, points: &Points, enough: u64) -> (Vec<Block>, u64)
             rest.extend(block.parts());
             continue;
         }
-        // The first point of a tile may have a lower rank than its number gives.
-        let own = block.points(points).partition_point(|point| point.number == 0 || point.rank() < rank) as u64;
+        let own = sight.listed(block, points) as u64;
         if own > 0 {
             most += own * u64::from(block.tiles()).pow(2);
             blocks.push(block);

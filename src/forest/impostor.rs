@@ -104,6 +104,15 @@ pub(crate) fn octahedral(n: DVec3) -> DVec2 {
     DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
 }
 
+/// Returns how many mip levels pictures of this side have.
+pub(crate) fn levels_of(frame_px: u32) -> u32 {
+    let (mut levels, mut px) = (1, frame_px);
+    while px.is_multiple_of(2) && px / 2 >= SMALLEST_PX {
+        (levels, px) = (levels + 1, px / 2);
+    }
+    levels
+}
+
 impl Impostor {
     /// Draws the frames, each of `frame_px` × `frame_px`, which must be more than 2.
     pub(crate) fn draw(corners: &[ImpostorCorner], frame_px: u32) -> Self {

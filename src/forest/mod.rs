@@ -14,6 +14,7 @@ pub(crate) mod blocks;
 pub(crate) mod colors;
 pub(crate) mod cover;
 pub(crate) mod edges;
+pub(crate) mod hull;
 pub(crate) mod impostor;
 pub(crate) mod model;
 pub(crate) mod points;

@@ -8,8 +8,10 @@ use crate::surface::{lakes, land, rows};
 pub(super) fn make(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
     let (terrain, style) = (&inputs.world.terrain, inputs.style);
     let heights = &terrain.resources();
-    if let Some(tiles) = terrain.horizon_maps().filter(|_| style.needs_horizons()) {
-        land::horizons::run(recorder, heights, tiles);
+    match terrain.horizon_maps() {
+        Some(tiles) if style.needs_horizons() => land::horizons::run(recorder, heights, tiles),
+        None if style.needs_horizons() && recorder.prewarms() => land::horizons::prewarm(recorder),
+        _ => {}
     }
     if let Some(tiles) = terrain.water_maps().filter(|_| style.water().is_some()) {
         lakes::make(recorder, heights, tiles, inputs.world.given_water());

@@ -67,7 +67,9 @@ pub(super) fn shade(
     });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
-    let horizon_maps = terrain.horizon_maps().filter(|_| style.needs_horizons());
+    // A prewarming run binds nothing, so it needs no maps for the pipelines that read them.
+    let is_mapped = style.needs_horizons() && (terrain.horizon_maps().is_some() || recorder.prewarms());
+    let horizon_maps = is_mapped.then(|| terrain.horizon_map_resources().unwrap_or_else(|| terrain.resources()));
     let relief_light = style.drawn_relief().map(|relief| {
         let lit = relief::Inputs {
             view,
@@ -76,7 +78,7 @@ pub(super) fn shade(
             light,
             pose: &rig.eyes[0].pose,
             terrain: &terrain.resources(),
-            horizon_maps: horizon_maps.and_then(|_| Some((terrain.uniform(), terrain.horizon_map_resources()?))),
+            horizon_maps: horizon_maps.clone().map(|maps| (terrain.uniform(), maps)),
             tree_shadow: tree_shadow.as_ref(),
             surface_id,
             distance,
@@ -88,7 +90,7 @@ pub(super) fn shade(
     let toned = tones::Inputs {
         view,
         terrain: terrain.uniform(),
-        horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
+        horizon_maps,
         style,
         light,
         camera_z_m: origin_m.z as f32,

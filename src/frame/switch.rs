@@ -68,6 +68,34 @@ impl Renderer {
         self.pools.compiles.builds = builds;
     }
 
+    /// Requests the pipelines of a style that may be selected later. They are compiled one after another while nothing
+    /// that is needed is ([`Renderer::take_built`]). Values are not made: they would be released before they are used.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
+    pub(crate) fn request_spares(
+        &mut self,
+        gpu: &Gpu,
+        world: &Surfaces,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<(), GpuError> {
+        let compiles = self.pools.compiles;
+        let memories = self.switch.prewarm.take();
+        self.pools.compiles.builds = Builds::Spare;
+        let requested = self.prewarm_frames(gpu, world, rig, style, light, first_frames(&rig.eyes));
+        self.pools.compiles = compiles;
+        self.switch.prewarm = memories;
+        gpu.pipelines().keep_spares();
+        requested.map(|_| ())
+    }
+
+    /// Returns whether pipelines of other styles are still to be compiled.
+    pub(crate) fn has_spares(&self, gpu: &Gpu) -> bool {
+        gpu.pipelines().has_spares()
+    }
+
     /// Returns whether something is being built in the background. When it is available, the picture may change.
     pub(crate) fn is_building(&self, gpu: &Gpu) -> bool {
         gpu.pipelines().is_building() || gpu.cache().is_making()
@@ -79,6 +107,9 @@ impl Renderer {
         self.switch.was_building |= self.is_building(gpu);
         gpu.pipelines().take_built();
         gpu.cache().take_made();
+        if !self.is_building(gpu) {
+            gpu.pipelines().build_spare(gpu);
+        }
         if self.switch.was_building && !self.is_building(gpu) {
             self.switch.was_building = false;
             // Earlier frames may have lacked what has been built, so they are not samples of the same picture.

@@ -9,7 +9,7 @@ use crate::surface::edges::EdgeList;
 use crate::surface::trees::colors::Colored;
 use crate::surface::trees::place::Placed;
 use crate::surface::trees::sway::Swaying;
-use crate::surface::trees::{DrawnTrees, edges, impostor, marks, place, raster, shadow, sway};
+use crate::surface::trees::{DrawnTrees, edges, impostor, marks, place, raster, shadow, sway, tile_depth};
 
 /// The view of an eye, and the targets over which trees are drawn.
 pub(super) struct EyeInputs<'a> {
@@ -68,13 +68,16 @@ pub(super) fn see(
         wind,
         to_sun: light.to_sun,
         has_shadows: style.needs_tree_shadows(),
+        depth,
+        tile_depth: &tile_depth::target(gpu, targets),
         detail,
     };
     let placed = place::run(recorder, &rules, &trees);
     let swaying = wind.map(|wind| {
         let step = targets.whole(gpu, &sway::TREE_STEP);
         let clock = view_of_eye.clock;
-        sway::run(recorder, sway::Inputs { wind, clock, origin_m, detail, trees: &trees, step })
+        let instances = placed.instances;
+        sway::run(recorder, sway::Inputs { wind, clock, origin_m, detail, trees: &trees, instances, step })
     });
     if let Some(list) = edge_list {
         let (terrain, trees, swaying) = (terrain.uniform(), &trees, swaying.as_ref());

@@ -35,7 +35,9 @@ pub(super) fn find(
     targets: &mut Targets,
 ) -> Option<Target> {
     let style = inputs.style.water().filter(|_| !inputs.is_dry)?;
-    let terrain = &inputs.world.terrain.water_map_resources()?;
+    let terrain = &inputs.world.terrain;
+    // A prewarming run binds nothing, so it needs no maps.
+    let terrain = &terrain.water_map_resources().or_else(|| recorder.prewarms().then(|| terrain.resources()))?;
     let water = targets.whole(recorder.gpu(), &WATER);
     water::run(recorder, &water::Inputs { view, terrain, style, surface_id, distance, water: &water });
     Some(water)

@@ -68,6 +68,11 @@ impl BufferKind {
         Self { name, usage: wgpu::BufferUsages::STORAGE }
     }
 
+    /// Describes a buffer of indices of vertices.
+    pub const fn index(name: &'static str) -> Self {
+        Self { name, usage: wgpu::BufferUsages::INDEX }
+    }
+
     /// Describes a storage buffer that can hold the arguments of indirect dispatches and draws.
     pub const fn indirect(name: &'static str) -> Self {
         Self { name, usage: wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::INDIRECT) }

@@ -115,8 +115,10 @@ fn compute(on: &On<'_>, key: Compute, number: u64) -> Result<Pipeline, ShaderErr
 
 fn draw(on: &On<'_>, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
     let &On { device, texts, stored } = on;
-    let shader = Shader::new(device, texts, key.name, key.definitions)?;
     let fragment = (!key.fragment.is_empty()).then_some(key.fragment);
+    let tests_early = key.writes_farther && device.features().contains(wgpu::Features::SHADER_EARLY_DEPTH_TEST);
+    let farther = fragment.filter(|_| tests_early);
+    let shader = Shader::with_early_depth(device, texts, (key.name, key.definitions), farther)?;
     let variables = match fragment {
         Some(fragment) => shader.variables(&["vertex", fragment])?,
         None => shader.variables(&["vertex"])?,

@@ -47,6 +47,11 @@ impl Cache {
         Ok(value)
     }
 
+    /// Returns the value of type `T` that `find` accepts, if there is one.
+    pub(crate) fn known<T: Send + Sync + 'static>(&self, find: impl Fn(&T) -> bool) -> Option<Arc<T>> {
+        self.lock().find(find)
+    }
+
     /// Returns the value of type `T` that `find` accepts. If there is none, `make` starts on another thread.
     pub(crate) fn request<T: Send + Sync + 'static>(
         &self,

@@ -139,7 +139,9 @@ impl Gpu {
     ) -> Result<Self, GpuError> {
         let _opening = OPENING.lock().unwrap_or_else(PoisonError::into_inner);
         let adapter = choose_adapter(&instance, wish, surface)?;
-        let wanted = wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES | wgpu::Features::PIPELINE_CACHE;
+        let wanted = wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES
+            | wgpu::Features::PIPELINE_CACHE
+            | wgpu::Features::SHADER_EARLY_DEPTH_TEST;
         let features = adapter.features() & wanted;
         let limits = adapter.limits();
         Self::of(instance, adapter, features, limits)

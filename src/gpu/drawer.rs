@@ -36,6 +36,12 @@ impl<'a> Drawer<'a> {
         self.draws += 1;
         self.pass.draw_indirect(arguments, offset);
     }
+
+    /// Draws as many indexed vertices as a buffer says. See [`wgpu::RenderPass::draw_indexed_indirect`].
+    pub fn draw_indexed_indirect(&mut self, arguments: &wgpu::Buffer, offset: u64) {
+        self.draws += 1;
+        self.pass.draw_indexed_indirect(arguments, offset);
+    }
 }
 
 impl<'a> Deref for Drawer<'a> {

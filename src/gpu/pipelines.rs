@@ -6,6 +6,7 @@
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -66,6 +67,9 @@ pub struct Draw {
     pub depth: Option<wgpu::TextureFormat>,
     /// Whether the depth target is written.
     pub writes_depth: bool,
+    /// Whether the fragment shader writes depths that are nowhere nearer than the triangles. A GPU may then test the
+    /// depth of the triangles first.
+    pub writes_farther: bool,
     /// Triangles or lines.
     pub topology: wgpu::PrimitiveTopology,
 }
@@ -81,6 +85,7 @@ impl Draw {
             colors: [None, None, None, None, None],
             depth: None,
             writes_depth: false,
+            writes_farther: false,
             topology: wgpu::PrimitiveTopology::TriangleList,
         }
     }
@@ -109,6 +114,9 @@ pub enum Builds {
     InBackground,
     /// Nobody yet: requests are collected for [`Pipelines::build_collected`]. For prewarming runs only.
     Collected,
+    /// Another thread, some time: requests are collected for [`Pipelines::keep_spares`]. For prewarming runs only, which
+    /// go without the values that are not cached.
+    Spare,
 }
 
 /// How one renderer has its pipelines compiled.
@@ -158,6 +166,10 @@ struct State {
     workers: Option<Workers<Built>>,
     /// The requests with [`Builds::Collected`].
     collected: Vec<Key>,
+    /// Pipelines that nothing needs yet. They are compiled one at a time, while nothing else is.
+    spares: VecDeque<Key>,
+    /// The spare pipeline that is being compiled, unless a frame has requested it since.
+    spare: Option<Key>,
     /// The errors in the newest text of each pipeline that has any.
     shader_errors: FxHashMap<Key, ShaderError>,
     /// Counts builds; each pipeline carries the number of its build.
@@ -175,6 +187,8 @@ impl Default for State {
             texts,
             workers: None,
             collected: Vec::new(),
+            spares: VecDeque::new(),
+            spare: None,
             shader_errors: FxHashMap::default(),
             builds: 0,
             rebuilds: 0,
@@ -247,13 +261,17 @@ impl Pipelines {
                 None => None,
             };
             match (building, compiles.builds) {
-                (Some(_), Builds::InBackground | Builds::Collected) => return false,
+                (Some(_), Builds::InBackground) => {
+                    state.spare.take_if(|spare| spare == key);
+                    return false;
+                }
+                (Some(_), Builds::Collected | Builds::Spare) => return false,
                 (Some((_, Builds::AtOnce)), Builds::AtOnce) => {
                     state = self.built.wait(state).unwrap_or_else(PoisonError::into_inner);
                 }
                 // A text that has an error has it until the text changes.
                 _ if state.shader_errors.contains_key(key) => return false,
-                (_, Builds::Collected) => {
+                (_, Builds::Collected | Builds::Spare) => {
                     state.collected.push(key.clone());
                     return false;
                 }
@@ -292,7 +310,7 @@ impl Pipelines {
         state.entries.entry(key.clone()).or_default().building = Some((number, compiles.builds));
         let texts = state.texts.clone();
         match compiles.builds {
-            Builds::AtOnce | Builds::Collected => {
+            Builds::AtOnce | Builds::Collected | Builds::Spare => {
                 compiles.built_at_once += 1;
                 drop(state);
                 let begun = Instant::now();
@@ -319,13 +337,58 @@ impl Pipelines {
     pub(crate) fn take_built(&self) {
         let state = &mut *self.lock();
         while let Some((key, number, built)) = state.workers.as_mut().and_then(Workers::take) {
+            state.spare.take_if(|spare| *spare == key);
             state.take(&key, number, built);
+        }
+        if state.open() == 0 {
+            // A job that panicked has no result.
+            state.spare = None;
         }
     }
 
-    /// Returns whether another thread is compiling a pipeline.
+    /// Returns whether another thread is compiling a pipeline that a frame needs.
     pub(crate) fn is_building(&self) -> bool {
-        self.lock().workers.as_ref().is_some_and(|workers| workers.open() > 0)
+        let state = self.lock();
+        state.open() > usize::from(state.spare.is_some())
+    }
+
+    /// Makes the pipelines that were requested with [`Builds::Spare`] spare pipelines.
+    pub(crate) fn keep_spares(&self) {
+        let state = &mut *self.lock();
+        let collected = std::mem::take(&mut state.collected);
+        let State { spares, .. } = state;
+        collected.into_iter().for_each(|key| {
+            if !spares.contains(&key) {
+                spares.push_back(key);
+            }
+        });
+    }
+
+    /// Returns whether spare pipelines are still to be compiled.
+    pub(crate) fn has_spares(&self) -> bool {
+        let state = self.lock();
+        state.spare.is_some() || !state.spares.is_empty()
+    }
+
+    /// Has the next spare pipeline compiled on another thread, if that is idle. A frame that needs pipelines thus waits
+    /// for one spare pipeline at most.
+    pub(crate) fn build_spare(&self, gpu: &Gpu) {
+        let next = {
+            let state = &mut *self.lock();
+            if state.open() > 0 {
+                return;
+            }
+            let State { spares, entries, shader_errors, spare, .. } = state;
+            let is_needed = |key: &Key| {
+                let is_known = entries.get(key).is_some_and(|entry| entry.is_built() || entry.building.is_some());
+                !is_known && !shader_errors.contains_key(key)
+            };
+            *spare = std::iter::from_fn(|| spares.pop_front()).find(is_needed);
+            spare.clone()
+        };
+        if let Some(key) = next {
+            self.build(gpu, &key, &mut Compiles { builds: Builds::InBackground, ..Compiles::default() });
+        }
     }
 
     /// Returns how many pipelines have been compiled so far, at once or in the background.
@@ -388,6 +451,11 @@ impl Pipelines {
 }
 
 impl State {
+    /// Returns how many builds in the background are queued, under way, or have a result that has not been taken.
+    fn open(&self) -> usize {
+        self.workers.as_ref().map_or(0, Workers::open)
+    }
+
     fn take(&mut self, key: &Key, number: u64, built: Result<Pipeline, ShaderError>) {
         let is_newest = |entry: &&mut Entry| entry.building.is_some_and(|(newest, _)| newest == number);
         let Some(entry) = self.entries.get_mut(key).filter(is_newest) else { return };

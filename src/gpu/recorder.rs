@@ -55,6 +55,10 @@ pub struct Recorder<'a> {
     open: Option<(wgpu::ComputePass<'static>, Option<wgpu::ComputePipeline>)>,
     submits: Submits,
     trace: Option<Vec<PassTrace>>,
+    /// Resets of buffers, which are submitted before everything else.
+    resets: Option<wgpu::CommandEncoder>,
+    /// The buffers that have been reset in this frame, each with its offset.
+    reset: Vec<(wgpu::Buffer, u64)>,
     /// Names of the buffers that were copied to or cleared since the last traced pass.
     copied: Vec<&'static str>,
     /// The earlier submits of the frame, each with the name under which it is timed, if any.
@@ -126,6 +130,8 @@ impl<'a> Recorder<'a> {
             open: None,
             submits,
             trace: traces.then(Vec::new),
+            resets: None,
+            reset: Vec::new(),
             copied: Vec::new(),
             recorded: Vec::new(),
             blank: None,
@@ -228,6 +234,38 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(&from.0.raw, at(from), &to.0.raw, at(to), bytes);
     }
 
+    /// Writes the first bytes of a buffer that no pass of this frame has used since it was last reset. The first reset of
+    /// a frame is submitted before all passes, so it closes no compute pass.
+    pub fn reset<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer, content: &[T]) {
+        if self.prewarms() {
+            return;
+        }
+        let from = self.pools.arena.push(self.gpu, buffer.name, content);
+        let bytes = size_of_val(content) as u64;
+        self.for_reset(buffer).copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
+    }
+
+    /// Clears a buffer to 0 like [`Recorder::reset`].
+    pub fn reset_to_zero(&mut self, buffer: &Buffer) {
+        if !self.prewarms() {
+            let bytes = buffer.size.map(std::num::NonZeroU64::get);
+            self.for_reset(buffer).clear_buffer(&buffer.raw, buffer.offset, bytes);
+        }
+    }
+
+    /// Returns the encoder for a reset of a buffer.
+    fn for_reset(&mut self, buffer: &Buffer) -> &mut wgpu::CommandEncoder {
+        if self.reset.iter().any(|(raw, offset)| *raw == buffer.raw && *offset == buffer.offset) {
+            self.begin_copy(buffer);
+            return &mut self.encoder;
+        }
+        self.reset.push((buffer.raw.clone(), buffer.offset));
+        if let Some(trace) = &mut self.trace {
+            trace.first_mut().map_or(&mut self.copied, |first| &mut first.copied).push(buffer.name);
+        }
+        self.resets.get_or_insert_with(|| encoder(self.gpu))
+    }
+
     /// Closes the open compute pass, because what follows is recorded outside of passes and writes to `buffer`.
     fn begin_copy(&mut self, buffer: &Buffer) {
         self.open = None;
@@ -260,6 +298,7 @@ impl<'a> Recorder<'a> {
             Builds::AtOnce | Builds::Collected => {
                 self.gpu.cache().get(find, || Ok::<_, Infallible>(make(self.gpu))).ok()
             }
+            Builds::Spare => self.gpu.cache().known(find),
             Builds::InBackground => {
                 let gpu = self.gpu.for_background();
                 self.gpu.cache().request(find, move || make(&gpu))
@@ -456,18 +495,22 @@ impl<'a> Recorder<'a> {
             self.timer.resolve(&mut self.encoder);
         }
         // wgpu encodes the commands for the driver when an encoder is finished, so that is part of recording.
+        let mut resets = self.resets.map(wgpu::CommandEncoder::finish);
         let last = self.encoder.finish();
         let finish = |(name, recorded): (Option<&'static str>, wgpu::CommandEncoder)| (name, recorded.finish());
         let recorded: Vec<_> = self.recorded.drain(..).map(finish).collect();
         let begun = Instant::now();
         self.pools.arena.flush(self.gpu);
+        if !recorded.is_empty() {
+            self.gpu.queue.submit(resets.take());
+        }
         for (name, recorded) in recorded {
             match name {
                 Some(name) => self.timer.submit_and_time(self.gpu, name, recorded),
                 None => _ = self.gpu.queue.submit([recorded]),
             }
         }
-        self.gpu.queue.submit([last]);
+        self.gpu.queue.submit(resets.into_iter().chain([last]));
         let submit_ms = begun.elapsed().as_secs_f64() * 1000.0;
         if is_timed {
             self.timer.end_frame();

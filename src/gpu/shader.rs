@@ -203,8 +203,26 @@ impl Shader {
         name: &str,
         definitions: &[&str],
     ) -> Result<Self, ShaderError> {
-        let module = compose_of(texts, name, definitions)?;
+        Self::with_early_depth(device, texts, (name, definitions), None)
+    }
+
+    /// Composes and compiles a variant like [`Shader::new`]. The fragment shader `farther`, if any, writes depths that
+    /// are at most those of its triangles, so the GPU may test those first.
+    ///
+    /// # Errors
+    /// Those of [`Shader::new`].
+    pub(crate) fn with_early_depth(
+        device: &wgpu::Device,
+        texts: &Texts,
+        (name, definitions): (&str, &[&str]),
+        farther: Option<&str>,
+    ) -> Result<Self, ShaderError> {
+        let mut module = compose_of(texts, name, definitions)?;
         let reflection = Reflection::new(name, &module)?;
+        for entry_point in module.entry_points.iter_mut().filter(|entry| Some(entry.name.as_str()) == farther) {
+            let conservative = naga::ConservativeDepth::LessEqual;
+            entry_point.early_depth_test = Some(naga::EarlyDepthTest::Allow { conservative });
+        }
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
             source: wgpu::ShaderSource::Naga(Cow::Owned(module)),

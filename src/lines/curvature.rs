@@ -54,7 +54,9 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("tree_line", inputs.tree_line.into()),
         ("line", inputs.line.into()),
     ];
-    let definitions: &[&str] = if texture.is_some() { &["TEXTURED"] } else { &[] };
+    // A texture may be growing still, while the pipeline can be compiled.
+    let is_prewarmed = recorder.prewarms() && settings.texture.is_some();
+    let definitions: &[&str] = if texture.is_some() || is_prewarmed { &["TEXTURED"] } else { &[] };
     resources.extend(texture.iter().flat_map(|texture| texture.resources()));
     recorder.pixels(Compute { name: "lines/curvature", definitions }, inputs.line.size_px(), &resources);
 }

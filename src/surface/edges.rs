@@ -52,7 +52,7 @@ impl EdgeList {
             edges: recorder.buffer(&EDGES, u64::from(MAX_EDGES) * size_of::<Edge>() as u64),
             draw: recorder.buffer(&EDGE_DRAW, size_of_val(&NO_EDGES) as u64),
         };
-        recorder.write(&list.draw, &NO_EDGES);
+        recorder.reset(&list.draw, &NO_EDGES);
         list
     }
 

@@ -33,6 +33,7 @@ mod forest_eyes;
 mod forest_ink;
 mod forest_levels;
 mod forest_models;
+mod forest_overdraw;
 mod forest_strokes;
 mod forest_tones;
 mod forest_wind;

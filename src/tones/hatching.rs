@@ -68,8 +68,16 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let made_of = hatching.clone();
     let find = |maps: &MadeMaps| maps.are_of(hatching);
-    let Some(made) = recorder.cached_in_background(find, move |gpu| MadeMaps::new(gpu, &made_of)) else { return };
-    let Some(maps) = made.maps() else { return };
+    let made = recorder.cached_in_background(find, move |gpu| MadeMaps::new(gpu, &made_of));
+    let swells = hatching.sets.iter().filter_map(|set| set.recipe.as_ref()).any(uniform::swells);
+    let shader = Compute { name: "tones/hatching", definitions: if swells { &["SWELLING"] } else { &[] } };
+    let Some(maps) = made.as_deref().and_then(MadeMaps::maps) else {
+        // The pipeline can be compiled while maps are made.
+        if recorder.prewarms() {
+            recorder.pixels(shader, inputs.cover.size_px(), &[]);
+        }
+        return;
+    };
     let ladder = (axes::FIRST_LEVEL, axes::LEVELS);
     let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, maps.side_px) };
     let directions = axes::axes(&hatching.sets);
@@ -81,7 +89,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("phases", recorder.upload(&PHASES, &phases).binding()),
     ];
     resources.extend(inputs.resources());
-    let swells = hatching.sets.iter().filter_map(|set| set.recipe.as_ref()).any(uniform::swells);
-    let definitions: &[&str] = if swells { &["SWELLING"] } else { &[] };
-    recorder.pixels(Compute { name: "tones/hatching", definitions }, inputs.cover.size_px(), &resources);
+    recorder.pixels(shader, inputs.cover.size_px(), &resources);
 }

@@ -87,6 +87,8 @@ pub(super) struct Flight {
     next_gamepads: Instant,
     next_built: Instant,
     next_shaders: Instant,
+    /// How many styles of the list have had their pipelines requested before anybody chose them.
+    spares_of: usize,
     frames_left: Option<u64>,
     /// Start of the flight, the zero of time for wind.
     begun: Instant,
@@ -170,6 +172,7 @@ impl Flight {
             next_gamepads: Instant::now(),
             next_built: Instant::now(),
             next_shaders: Instant::now(),
+            spares_of: 0,
             frames_left: options.frames,
             begun: Instant::now(),
             world,

@@ -1,11 +1,9 @@
-// Lists the trees that have strokes: those whose near meshes are drawn, from near to far, whichever workgroup listed
-// them first.
+// Lists the trees that have strokes: those whose near meshes are drawn, from near to far.
 //
-// The order of the lists of trees depends on timing, but the order of the lists of edges must not (ordered.wgsl). Near
-// trees are a few hundred, so each counts the trees before it: those nearer to the eye or, at the same distance, with a
-// lesser id. The count is its place.
+// Near trees are a few hundred, so each counts the trees before it: those nearer to the eye or, at the same distance, with
+// a lesser id. The count is its place.
 #import hachure::view::View
-#import hachure::trees::{TreeInstance, NEAR, TREE_LEVELS, DRAW_WORDS, has_strokes}
+#import hachure::trees::{TreeInstance, NEAR, DRAW_WORDS, has_strokes, list_of}
 #import hachure::dispatch::GROUPS_IN_ROW
 
 struct NearTrees {
@@ -50,11 +48,11 @@ fn is_before(a: Key, b: Key) -> bool {
 }
 
 fn trees_of(species: u32) -> u32 {
-    return min(tree_draws[(species * TREE_LEVELS + NEAR) * DRAW_WORDS + 1u], near_trees.capacity);
+    return min(tree_draws[list_of(near_trees.species, species, NEAR) * DRAW_WORDS + 1u], near_trees.capacity);
 }
 
 fn listed(species: u32, i: u32) -> u32 {
-    return tree_order[(species * TREE_LEVELS + NEAR) * near_trees.capacity + i];
+    return tree_order[list_of(near_trees.species, species, NEAR) * near_trees.capacity + i];
 }
 
 @compute @workgroup_size(64)

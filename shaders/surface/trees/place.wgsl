@@ -10,6 +10,10 @@
 // would be much wider than its natural shape, a piece of canopy that follows the slope replaces it. The representation
 // of a tree changes with its height on the picture, for each tree at a size of its own; it dissolves from one to the
 // next.
+//
+// Each tree has places of its own in the list of instances, whether it exists or not, so that the list does not depend on
+// timing: blocks are sorted from near to far, and `list` makes lists of the instances that exist. A tree that is entirely
+// behind the land and the models that this eye sees is in no list but that of its shadow.
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::view::{View, is_off_screen}
 #import hachure::surface::{surface_near, surface_at, is_void}
@@ -19,7 +23,8 @@
 #import hachure::tree_ranks::{chosen_tile, rank_of}
 #import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MAX_SPECIES, TreeRules}
 #import hachure::surface_id::FIRST_TREE
-#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, DRAW_WORDS, SHADOW_PX, HAS_STROKES}
+#import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, SHADOW_PX, HAS_STROKES, INSTANCES_OF_TREE, NO_LIST, list_of, list_of_shadows, place_on_tree}
+#import hachure::tree_depth::{NEARER, MAX_NEARER, TILE_PX}
 
 // A block that may be in view. See src/forest/blocks.rs.
 struct TreeBlock {
@@ -33,6 +38,12 @@ struct TreeBlock {
     tiles: u32,
     // How often four groups of tiles have merged into one that has a point.
     sparseness: u32,
+    // The points that this workgroup takes, counted through all tiles: the first, and the end.
+    begin: u32,
+    end: u32,
+    // First of their instances.
+    first_instance: u32,
+    padding: u32,
 }
 
 // The input of the pass, in one buffer: WebGPU guarantees eight storage buffers, and more than three uniforms are too
@@ -54,12 +65,13 @@ struct TreePoint {
 @group(0) @binding(2) var<storage, read> tree_question: Question;
 @group(0) @binding(4) var<storage, read> tree_points: array<TreePoint>;
 @group(0) @binding(5) var<storage, read_write> tree_instances: array<TreeInstance>;
-// For each species and level the indices of its instances, then for each species the instances that cast shadows:
-// `forest.capacity` each.
-@group(0) @binding(6) var<storage, read_write> tree_order: array<u32>;
-// For each of these lists the arguments of its draw: vertices of a tree, trees, and the first of each. Then the number
-// of instances.
-@group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
+// For each instance the list in which it is drawn, and in the upper 16 bits the list of shadows; and the bits of its
+// squared distance from the rig's origin.
+@group(0) @binding(6) var<storage, read_write> tree_keys: array<vec2<u32>>;
+// For each list, how many instances each block has in it.
+@group(0) @binding(7) var<storage, read_write> tree_counts: array<u32>;
+// The farthest depth in each tile of the picture.
+@group(0) @binding(8) var tile_depth: texture_2d<f32>;
 #ifdef COVER
 // Density, class, height of the canopy: see src/forest/cover.rs. Rows from the south.
 @group(0) @binding(25) var tree_cover: texture_2d<u32>;
@@ -74,10 +86,11 @@ fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
 }
 #endif
 
-const TREES: u32 = 1u;
-// Lists per species: one for each level; and one of shadows, after the lists of levels of all species.
-const LISTS: u32 = TREE_LEVELS + 1u;
 const NOT_DRAWN: u32 = 0xffffffffu;
+// At least as many as there are lists: three for each of eight species, and two.
+const MAX_LISTS: u32 = 32u;
+// A tree over more tiles than this is not tested.
+const MAX_TILES: f32 = 256.0;
 
 // Random variation of the height on the picture at which a tree changes its representation, relative, to either side.
 const OWN_SIZE: f32 = 0.18;
@@ -99,28 +112,62 @@ const TALLEST: f32 = 2.5;
 // At flat angles trees hide each other, so fewer give the same coverage; this limits the effect.
 const MIN_FORESHORTENING: f32 = 0.25;
 
-// Adds an instance, and returns its index or NOT_DRAWN.
-fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) -> u32 {
+var<workgroup> in_lists: array<atomic<u32>, 32>;
+
+// Returns whether land and models hide a tree: at each pixel of a rectangle around it they are nearer than all of it.
+fn is_hidden(tree: TreeInstance, level: u32) -> bool {
+    let species = tree_question.rules.species[(tree.bucket & 0xffffu) / TREE_LEVELS];
+    let is_canopy = level == CANOPY;
+    let middle = select(species.middle, species.canopy_middle, is_canopy);
+    let radius = select(species.radius, species.canopy_radius, is_canopy);
+    let at_m = bend(tree.flat_m) + place_on_tree(tree, middle);
+    let radius_m = radius * (max(tree.width_m, tree.height_m) + length(tree.slope) * tree.width_m) + forest.sways_m;
+    let clip = view.clip_from_camera * vec4<f32>(at_m, 1.0);
+    let near_m = clip.w - radius_m;
+    let nearest_m = near_m - min(NEARER * max(tree.width_m - tree.height_m, 0.0), MAX_NEARER * near_m);
+    if nearest_m <= view.near_m {
+        return false;
+    }
+    let size_px = vec2<f32>(view.size_px);
+    let at_px = (vec2<f32>(clip.x, -clip.y) / clip.w * 0.5 + 0.5) * size_px;
+    // A sphere away from the axis is wider on the picture. The slope of a ray is less than twice that of its pixel.
+    let off_axis = abs(vec2<f32>(clip.xy)) / clip.w * vec2<f32>(size_px) / view.focal_px;
+    let reach_px = radius_m * view.focal_px / near_m * (1.0 + off_axis) + 1.0;
+    let low = floor(clamp(at_px - reach_px, vec2<f32>(0.0), size_px - 1.0) / f32(TILE_PX));
+    let high = floor(clamp(at_px + reach_px, vec2<f32>(0.0), size_px - 1.0) / f32(TILE_PX));
+    let count = high - low + 1.0;
+    if count.x * count.y > MAX_TILES {
+        return false;
+    }
+    let depth = clip.z / nearest_m * (1.0 + 1e-5);
+    for (var y = u32(low.y); y <= u32(high.y); y++) {
+        for (var x = u32(low.x); x <= u32(high.x); x++) {
+            if textureLoad(tile_depth, vec2<u32>(x, y), 0).r <= depth {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+// Adds an instance that is shown in a range of dither values, and returns its index; NOT_DRAWN for no range.
+fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>, number: u32) -> u32 {
     if shown.y <= shown.x {
         return NOT_DRAWN;
     }
-    let number = atomicAdd(&tree_draws[forest.species * LISTS * DRAW_WORDS], 1u);
-    // The CPU adapts the thinning so that trees fit; one that does not fit is counted all the same.
-    if number >= forest.capacity {
-        return NOT_DRAWN;
-    }
-    let bucket = (tree.bucket & 0xffffu) + level;
-    list(number, bucket);
+    let species = (tree.bucket & 0xffffu) / TREE_LEVELS;
     var drawn = tree;
-    drawn.bucket = bucket | (tree.bucket & 0xffff0000u);
+    drawn.bucket = (species * TREE_LEVELS + level) | (tree.bucket & 0xffff0000u);
     drawn.shown = pack2x16unorm(shown);
     tree_instances[number] = drawn;
+    var list = NO_LIST;
+    // A near tree may have strokes, which are tested one by one.
+    if level == NEAR || !is_hidden(tree, level) {
+        list = list_of(forest.species, species, level);
+        atomicAdd(&in_lists[list], 1u);
+    }
+    tree_keys[number] = vec2<u32>(list | NO_LIST << 16u, bitcast<u32>(dot(tree.flat_m, tree.flat_m)));
     return number;
-}
-
-fn list(number: u32, which: u32) {
-    let slot = atomicAdd(&tree_draws[which * DRAW_WORDS + TREES], 1u);
-    tree_order[which * forest.capacity + slot] = number;
 }
 
 // Returns the share of a species at a site with a class of land cover, or without a class for 0.
@@ -154,7 +201,8 @@ fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
     return forest.species;
 }
 
-fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
+// Evaluates a point. Its instances have the places from `number` on.
+fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint, number: u32) {
     let rank = rank_of(tile, point.number, forest.points);
     // Most points are rejected here, where there are fewer trees than points.
     if rank >= forest.density {
@@ -238,13 +286,14 @@ fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let light = mix(MIN_LIGHT, 1.0, smoothstep(SHADE.x, SHADE.y, dot(up, forest.to_sun)));
     let bucket = kind * TREE_LEVELS | u32(255.0 * light + 0.5) << 16u;
     let own_size = 1.0 + OWN_SIZE * (2.0 * more.y - 1.0);
+    var next = number;
     let canopy = smoothstep(RISES.x * own_size, RISES.y * own_size, wider);
     if canopy > 0.0 {
         let scale = size * canopy;
         let width_m = crown_m * wider * sqrt(scale);
         let tree = TreeInstance(flat_m, 0.85 * height_m * scale, vec2<f32>(sin(turn), cos(turn)), width_m, id, site.slope,
             0u, bucket);
-        _ = draw(tree, CANOPY, vec2<f32>(0.0, 1.0));
+        next = select(number, number + 1u, draw(tree, CANOPY, vec2<f32>(0.0, 1.0), number) != NOT_DRAWN);
     }
     let alone = size * (1.0 - smoothstep(SHRINKS.x * own_size, SHRINKS.y * own_size, wider));
     if alone <= 0.0 {
@@ -259,13 +308,18 @@ fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let mesh = clamp((size_px / forest.impostor_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
     // A tree that is drawn mostly as its near mesh has strokes, if the style has any.
     tree.bucket |= select(0u, HAS_STROKES, near >= 0.5);
-    let of_near = draw(tree, NEAR, vec2<f32>(0.0, near));
-    let of_middle = draw(tree, MIDDLE, vec2<f32>(near, mesh));
-    let of_impostor = draw(tree, IMPOSTOR, vec2<f32>(mesh, 1.0));
+    // Of three ranges at most two are not empty.
+    let of_near = draw(tree, NEAR, vec2<f32>(0.0, near), next);
+    next += select(0u, 1u, of_near != NOT_DRAWN);
+    let of_middle = draw(tree, MIDDLE, vec2<f32>(near, mesh), next);
+    next += select(0u, 1u, of_middle != NOT_DRAWN);
+    let of_impostor = draw(tree, IMPOSTOR, vec2<f32>(mesh, 1.0), min(next, number + INSTANCES_OF_TREE - 1u));
     // One shadow, whatever the tree is drawn as.
     let drawn = min(min(of_near, of_middle), of_impostor);
     if shadow_m > 0.0 && drawn != NOT_DRAWN {
-        list(drawn, forest.species * TREE_LEVELS + kind);
+        let list = list_of_shadows(forest.species, kind);
+        tree_keys[drawn].x = (tree_keys[drawn].x & 0xffffu) | list << 16u;
+        atomicAdd(&in_lists[list], 1u);
     }
 }
 
@@ -275,13 +329,25 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     if number >= forest.blocks {
         return;
     }
+    if thread < MAX_LISTS {
+        atomicStore(&in_lists[thread], 0u);
+    }
+    workgroupBarrier();
     let block = tree_question.blocks[number];
-    let count = block.count * block.tiles * block.tiles;
-    for (var i = thread; i < count; i += 64u) {
+    let i = block.begin + thread;
+    if i < block.end {
+        let first = block.first_instance + thread * INSTANCES_OF_TREE;
+        for (var k = 0u; k < INSTANCES_OF_TREE; k++) {
+            tree_keys[first + k] = vec2<u32>(NO_LIST | NO_LIST << 16u, 0u);
+        }
         let which = i / block.count;
-        let group = (block.tile >> vec2<u32>(block.sparseness)) + vec2<i32>(vec2<u32>(which % block.tiles, which / block.tiles));
-        let tile = chosen_tile(group, block.sparseness);
+        let in_tiles = (block.tile >> vec2<u32>(block.sparseness)) + vec2<i32>(vec2<u32>(which % block.tiles, which / block.tiles));
+        let tile = chosen_tile(in_tiles, block.sparseness);
         let corner_m = block.corner_m + vec2<f32>(tile - block.tile) * forest.tile_m;
-        examine(tile, corner_m, tree_points[block.first + i % block.count]);
+        examine(tile, corner_m, tree_points[block.first + i % block.count], first);
+    }
+    workgroupBarrier();
+    if thread < forest.species * 3u + 2u {
+        tree_counts[thread * forest.blocks + number] = atomicLoad(&in_lists[thread]);
     }
 }

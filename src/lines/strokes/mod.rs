@@ -99,7 +99,7 @@ impl Lists {
 
     /// Resets the counts to zero.
     pub(crate) fn clear(&self, recorder: &mut Recorder<'_>) {
-        recorder.write(&self.counts, &[StrokeCounts::default()]);
+        recorder.reset(&self.counts, &[StrokeCounts::default()]);
     }
 
     fn strokes(&self) -> Named {

@@ -11,6 +11,11 @@ use crate::tiles::slot_maps::MAPS_AT_ONCE;
 /// The tiles whose maps are computed.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 
+/// Requests the pipeline, before there are maps.
+pub(crate) fn prewarm(recorder: &mut Recorder<'_>) {
+    recorder.groups("surface/land/horizons", [1, 1], &[]);
+}
+
 /// Computes the maps that `horizons` has planned for this frame; most frames have none. A frame for a file may have
 /// planned hundreds: no submit computes more than one frame of a window does, because systems reset a GPU that is busy
 /// for long.

@@ -56,7 +56,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terra
     let eyes_m = rig.eyes.iter().map(|eye| eye.pose.position_m.distance(rig.origin_m)).fold(0.0, f64::max);
     let room = meshes.room();
     let demand = recorder.buffer(&DEMAND, size_of_val(&NO_DEMAND) as u64);
-    recorder.write(&demand, &NO_DEMAND);
+    recorder.reset(&demand, &NO_DEMAND);
     // Demand is counted only if the whole world might not fit.
     let first = meshes.may_lack_room().then_some(3);
     for stage in first.into_iter().chain(0..3) {

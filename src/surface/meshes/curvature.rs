@@ -61,7 +61,13 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
             MeshShapes { placed: theirs, shapes }
         },
     );
-    let Some(made) = made else { return };
+    let Some(made) = made else {
+        // The pipeline can be compiled meanwhile.
+        if recorder.prewarms() {
+            recorder.pixels("surface/meshes/curvature", inputs.shapes.normal.size_px(), &[]);
+        }
+        return;
+    };
     let rules = CurvatureRules { feature_px: inputs.feature_px };
     let mut resources = vec![
         ("view", inputs.view.clone()),

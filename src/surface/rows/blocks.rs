@@ -38,6 +38,8 @@ const MEAN_CELL: f32 = 1.4;
 const BEYOND: f64 = 0.08;
 /// Distance from its middle at which a mark may still come into view, in cells.
 const AROUND: f64 = 4.0;
+/// Blocks that are remembered while the blocks of a view are found: four levels, and four by four of each.
+const RECENT: usize = 64;
 /// Expected marks of a picture, per pixel, times the spacing squared.
 const MARKS_PER_SPACING: f32 = 2.0;
 
@@ -270,6 +272,8 @@ fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Addre
     // The level that is visible at a distance: its cells are between one and two spacings wide.
     let level_at = |distance_m: f64| 1.0 - (cells_m / distance_m.max(1e-3)).log2();
     let mut nearest_m: FxHashMap<Address, f64> = FxHashMap::default();
+    // Neighbouring patches see the same blocks, and most come from near to far: most need no look into the table.
+    let mut recent = [(Address { level: i32::MAX, x: 0, y: 0 }, 0.0); RECENT];
     for (patch, [near_m, far_m]) in selection.leaves.iter().zip(&selection.distances_m) {
         let finest = (level_at(*near_m) - 1.0 - BEYOND).floor() as i32 + 1;
         let coarsest = (level_at(*far_m) + BEYOND).ceil() as i32 - 1;
@@ -277,13 +281,20 @@ fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Addre
         let (first, side) = patch.area();
         for level in finest..=coarsest {
             let cell = f64::from(level).exp2();
-            let number = |sample: f64| (sample / (f64::from(CELLS) * cell)).floor() as i32;
+            let per_block = 1.0 / (f64::from(CELLS) * cell);
+            let number = |sample: f64| (sample * per_block).floor() as i32;
             let most = (f64::from(greatest_level - level)).exp2() as i32 - 1;
             let [low, high] = [first - AROUND * cell, first + side + AROUND * cell];
             for y in number(low.y).max(0)..=number(high.y).min(most) {
                 for x in number(low.x).max(0)..=number(high.x).min(most) {
-                    let nearest = nearest_m.entry(Address { level, x, y }).or_insert(f64::INFINITY);
+                    let address = Address { level, x, y };
+                    let place = (x & 3 | (y & 3) << 2 | (level & 3) << 4) as usize;
+                    if recent[place].0 == address && recent[place].1 <= *near_m {
+                        continue;
+                    }
+                    let nearest = nearest_m.entry(address).or_insert(f64::INFINITY);
                     *nearest = nearest.min(*near_m);
+                    recent[place] = (address, *nearest);
                 }
             }
         }

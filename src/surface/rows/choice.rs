@@ -28,8 +28,8 @@ pub(crate) fn run(
         .map(|side| ((side as f32 + 2.0 * RASTER_MARGIN * spacing_px) * CELLS_PER_SPACING / spacing_px).ceil() as u32);
     let [claims, taken] =
         [&CLAIMS, &TAKEN].map(|kind| recorder.buffer(kind, 4 * u64::from(size[0]) * u64::from(size[1])));
-    recorder.clear(&claims);
-    recorder.clear(&taken);
+    recorder.reset_to_zero(&claims);
+    recorder.reset_to_zero(&taken);
     let rules = recorder.uniform("row rules", &plan.rules);
     let shared = |recorder: &mut Recorder<'_>, places: RowPlaces, near: &Buffer| {
         vec![

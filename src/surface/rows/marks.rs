@@ -43,7 +43,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = recorder.buffer(&DRAWN, 16);
     let samples = recorder.buffer(&MARKS, u64::from(plan.rules.max_marks) * BYTES);
-    recorder.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
+    recorder.reset(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
     let resources = [
         ("view", inputs.view.clone()),
         ("rules", recorder.uniform("row rules", &plan.rules)),

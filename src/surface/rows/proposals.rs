@@ -45,7 +45,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals
     let plan = inputs.plan;
     let count = recorder.buffer(&PROPOSED, 16);
     let all = recorder.buffer(&PROPOSALS, u64::from(plan.rules.max_marks) * BYTES);
-    recorder.write(&count, &[0_u32; 4]);
+    recorder.reset(&count, &[0_u32; 4]);
     let prewarms = recorder.prewarms();
     for pool in plan.pools.iter().filter(|pool| !pool.seen.is_empty() || prewarms) {
         let mut resources = vec![

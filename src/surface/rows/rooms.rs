@@ -19,7 +19,7 @@ pub(super) fn squares(plan: &RowPlan, size_px: [u32; 2]) -> u32 {
 /// Measures the rooms, with the resources that `choice` returned, and returns the ink of each square.
 pub(crate) fn run(recorder: &mut Recorder<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
     let inks = recorder.buffer(&INKS, 4 * u64::from(squares(plan, tone.size_px())));
-    recorder.clear(&inks);
+    recorder.reset_to_zero(&inks);
     let mut resources = places.to_vec();
     resources.extend([("inks", inks.binding()), ("tone", tone.into())]);
     recorder.groups("surface/rows/rooms", [plan.rules.max_marks.div_ceil(64), 1], &resources);

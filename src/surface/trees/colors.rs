@@ -7,21 +7,21 @@ use std::convert::Infallible;
 use std::sync::Arc;
 
 use super::DrawnTrees;
-use super::shared::{Look, Shared, SpeciesModel, TreeMesh, TreePictures};
+use super::shared::{Look, Shared, SpeciesModel, SpeciesPictures, TreeMesh, array_view, texture, write_bytes};
 use crate::forest::colors::{of_grown, of_model};
-use crate::forest::impostor::FRAMES;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
+use crate::gpu::wgsl::surface::trees::impostor::PALETTE;
 use crate::scene::Forest;
 use crate::surface::local_color::packed;
 
 /// Hue of each vertex of a mesh.
 const VERTEX_COLORS: BufferKind = BufferKind::storage("tree colors");
-/// Hues of the palette of a species.
-const PALETTE: BufferKind = BufferKind::storage("tree palette");
+/// Hues of the palettes of all species, [`PALETTE`] each.
+const PALETTES: BufferKind = BufferKind::storage("tree palette");
 const COLOR_INDICES: &str = "tree paints";
 
 /// The colours of the species of a forest.
@@ -29,16 +29,17 @@ pub(crate) struct TreeColors {
     shared: Arc<Shared>,
     palettes: Vec<Vec<u32>>,
     pub(super) species: Vec<SpeciesColors>,
+    /// Palette indices of the pictures of trees: a layer for each species.
+    alone: wgpu::TextureView,
+    /// The same of pieces of canopy.
+    canopy: wgpu::TextureView,
+    palette: Buffer,
 }
 
 /// The colours of one species.
 pub(super) struct SpeciesColors {
     pub near: Buffer,
     pub middle: Buffer,
-    /// Palette indices of the pictures of a tree.
-    alone: wgpu::TextureView,
-    canopy: wgpu::TextureView,
-    palette: Buffer,
 }
 
 /// Trees with their local colours, for the passes that draw them.
@@ -68,8 +69,15 @@ impl Colored {
             |gpu| {
                 let species = shared.species.iter().zip(&palettes);
                 let species = species.map(|(model, palette)| SpeciesColors::new(gpu, model, palette)).collect();
+                let alone = color_indices(gpu, shared.species.iter().map(|model| &model.alone));
+                let canopy = color_indices(gpu, shared.species.iter().map(|model| &model.canopy));
+                let mut padded = vec![0; palettes.len() * PALETTE as usize];
+                for (palette, own) in palettes.iter().zip(padded.chunks_exact_mut(PALETTE as usize)) {
+                    own.iter_mut().zip(palette).for_each(|(own, hue)| *own = *hue);
+                }
+                let palette = Buffer::with(gpu, &PALETTES, &padded);
                 let (shared, palettes) = (Arc::clone(shared), palettes.clone());
-                Ok::<_, Infallible>(TreeColors { shared, palettes, species })
+                Ok::<_, Infallible>(TreeColors { shared, palettes, species, alone, canopy, palette })
             },
         );
         let Ok(colors) = made;
@@ -83,15 +91,11 @@ impl SpeciesColors {
             let colors: Vec<u32> = mesh.color_indices.iter().map(|index| palette[usize::from(*index)]).collect();
             Buffer::with(gpu, &VERTEX_COLORS, &colors)
         };
-        Self {
-            near: of_mesh(&model.near),
-            middle: of_mesh(&model.middle),
-            alone: color_indices(gpu, &model.alone),
-            canopy: color_indices(gpu, &model.canopy),
-            palette: Buffer::with(gpu, &PALETTE, palette),
-        }
+        Self { near: of_mesh(&model.near), middle: of_mesh(&model.middle) }
     }
+}
 
+impl TreeColors {
     /// Returns the bindings of the impostor shader, for trees or for pieces of canopy.
     pub(super) fn of_pictures(&self, is_canopy: bool) -> [Named; 2] {
         let color_indices = if is_canopy { &self.canopy } else { &self.alone };
@@ -102,27 +106,15 @@ impl SpeciesColors {
     }
 }
 
-fn color_indices(gpu: &Gpu, pictures: &TreePictures) -> wgpu::TextureView {
-    gpu.count_object();
-    let extent = |frame_px: u32| {
-        let side = FRAMES * frame_px;
-        wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 }
-    };
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(COLOR_INDICES),
-        size: extent(pictures.color_indices.first().map_or(1, |(frame_px, _)| *frame_px)),
-        mip_level_count: pictures.color_indices.len().max(1) as u32,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::R8Uint,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    for (number, (frame_px, color_indices)) in pictures.color_indices.iter().enumerate() {
-        let size = extent(*frame_px);
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(size.width), rows_per_image: None };
-        let to = wgpu::TexelCopyTextureInfo { mip_level: number as u32, ..texture.as_image_copy() };
-        gpu.queue.write_texture(to, color_indices, layout, size);
+/// Uploads the palette indices of the pictures of all species, of which there is at least one.
+fn color_indices<'a>(gpu: &Gpu, species: impl Iterator<Item = &'a SpeciesPictures>) -> wgpu::TextureView {
+    let species: Vec<&SpeciesPictures> = species.collect();
+    let frame_px = species.first().and_then(|pictures| pictures.color_indices.first()).map_or(1, |(px, _)| *px);
+    let texture = texture(gpu, COLOR_INDICES, wgpu::TextureFormat::R8Uint, [frame_px, species.len() as u32]);
+    for (layer, pictures) in (0..).zip(species) {
+        for (number, (frame_px, color_indices)) in (0..).zip(&pictures.color_indices) {
+            write_bytes(gpu, (&texture, layer, number), *frame_px, color_indices);
+        }
     }
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+    array_view(&texture)
 }

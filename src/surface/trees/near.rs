@@ -26,8 +26,7 @@ pub(crate) struct Near {
 
 /// Selects the trees, for a pass that has `groups_of_tree` workgroups per tree.
 pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
-    let uniform =
-        NearTrees { species: trees.shared.species.len() as u32, capacity: MAX_TREES, room: MAX_NEAR, groups_of_tree };
+    let uniform = NearTrees { species: trees.species(), capacity: MAX_TREES, room: MAX_NEAR, groups_of_tree };
     let order = recorder.buffer(&NEAR_ORDER, 4 * (1 + u64::from(MAX_NEAR)));
     let dispatch = recorder.buffer(&NEAR_DISPATCH, 16);
     let resources = [

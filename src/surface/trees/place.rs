@@ -5,18 +5,22 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3, UVec2};
 
-use super::{DRAW_WORDS, DrawnTrees, TREE_LISTS};
-use crate::forest::blocks::{self, Sight, Thinning};
+use super::list::BlockPlaces;
+use super::{DRAW_WORDS, DrawnTrees, list, list_of, lists, tile_depth as depths};
+use crate::forest::blocks::{self, Block, Sight, Thinning};
 use crate::forest::cover::Cover;
+use crate::forest::points::Points;
 use crate::forest::{LEVELS_OF_TILE, POINTS, TILE_M};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
+use crate::gpu::scan;
+use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MAX_SPECIES, Species as SpeciesRecord, TreeRules};
 pub(crate) use crate::gpu::wgsl::shared::trees::TreeInstance;
-use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
+use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, INSTANCES_OF_TREE, MIDDLE, NEAR, TREES_OF_GROUP};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
 use crate::gpu::wgsl::surface::trees::place::{OWN_SIZE, SHRUNK, TreeBlock};
 use crate::scene::forest::Species;
@@ -24,9 +28,11 @@ use crate::scene::view::View;
 use crate::scene::{CoverFiles, Forest, Wind};
 use crate::tiles::Terrain;
 
-/// Largest number of trees and pieces of canopy that are drawn for an eye. If there would be more, thinning begins nearer to the
-/// eye.
-pub(crate) const MAX_TREES: u32 = 1 << 18;
+/// Largest number of trees that may be drawn for an eye, and so the capacity of each list. If there would be more,
+/// thinning begins nearer to the eye.
+pub(crate) const MAX_TREES: u32 = 1 << 17;
+/// Places for their instances.
+pub(crate) const MAX_INSTANCES: u32 = MAX_TREES * INSTANCES_OF_TREE;
 /// Height on the picture below which fewer and wider trees are drawn, in pixels.
 pub(crate) const FULL_PX: f64 = 22.0;
 /// The largest distance at which forests are drawn, in metres.
@@ -39,9 +45,6 @@ pub(crate) const IMPOSTOR_PX: f64 = 52.0;
 pub(crate) const TALLEST: f64 = 1.35;
 /// The same if a raster gives the canopy height.
 const TALLEST_OF_RASTER: f64 = 2.9;
-/// Factor for trees that are drawn as two instances: those that dissolve between levels, and those that a piece of
-/// canopy is replacing.
-const DRAWN_TWICE: u32 = 2;
 /// Lower suns (by the sine of the elevation) throw no shadows. No shadow is longer than `LONGEST_SHADOW` tree heights.
 const LOWEST_SUN: f64 = 0.02;
 const LONGEST_SHADOW: f64 = 4.0;
@@ -52,6 +55,8 @@ const SHARES: usize = CoverFiles::MAX_CLASSES * Forest::MAX_SPECIES;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
+/// For each list, the number of instances of each block.
+const TREE_COUNTS: BufferKind = BufferKind::storage("tree counts");
 /// [`TreeRules`], then [`TreeBlock`]s.
 const TREE_QUESTION: BufferKind = BufferKind::storage("tree question");
 /// Species records of a forest.
@@ -76,6 +81,10 @@ pub(crate) struct Inputs<'a> {
     pub to_sun: DVec3,
     /// Whether the style has shadows: then trees out of view whose shadows fall into view are selected too.
     pub has_shadows: bool,
+    /// Depth of land and models, behind which no tree is drawn.
+    pub depth: &'a Target,
+    /// [`depths::TILE_DEPTH`], which this writes and reads.
+    pub tile_depth: &'a Target,
     /// Quality: the picture sizes at which trees change to a simpler level are divided by this; usually 1.
     pub detail: f64,
 }
@@ -89,6 +98,8 @@ pub(crate) struct Placed {
     pub forest: Resource,
     /// Whether there may be trees in view that wind moves.
     pub may_sway: bool,
+    /// Number of places for instances of trees.
+    pub instances: u32,
 }
 
 /// Returns how far from its foot a tree's shadow is followed, away from the sun, as a multiple of the tree's height. On
@@ -102,7 +113,8 @@ fn shadow_reach(to_sun: DVec3) -> f64 {
 
 /// Selects the trees of a forest that an eye sees.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
-    let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, detail } = inputs;
+    let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, depth, tile_depth, detail } =
+        inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
     // A raster may give trees more than their species' mean height.
@@ -121,26 +133,13 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
         sways_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
-    let blocks = blocks::fitted(&mut sight, &shared.points, u64::from(MAX_TREES / DRAWN_TWICE));
+    let blocks = blocks::fitted(&mut sight, &shared.points, u64::from(MAX_TREES));
     // Beyond this distance there is only canopy, which does not sway.
     let sways_within_m = LAST_ALONE * sight.thinning.full_m;
     let may_sway = wind.is_some() && blocks.iter().any(|block| sight.sees_within(*block, sways_within_m));
-    let packed: Vec<TreeBlock> = blocks
-        .iter()
-        .map(|block| {
-            let level = block.level.min(LEVELS_OF_TILE - 1) as usize;
-            let corner_m = block.tile.as_dvec2() * TILE_M - origin_m.truncate();
-            TreeBlock {
-                corner_m: corner_m.as_vec2().to_array(),
-                tile: block.tile.to_array(),
-                first: shared.points.starts[level][block.number as usize],
-                count: block.points(&shared.points).len() as u32,
-                tiles: block.tiles(),
-                sparseness: block.sparseness(),
-            }
-        })
-        .collect();
-    recorder.write(&trees.draws, &empty_draws(trees));
+    let packed = groups_of(&sight, &blocks, &shared.points, origin_m, lists(trees.species()));
+    let instances = packed.last().map_or(0, |last| last.first_instance + (last.end - last.begin) * INSTANCES_OF_TREE);
+    recorder.reset(&trees.draws, &empty_draws(trees));
     let count = packed.len() as u32;
     let uniform = ForestUniform {
         seed: forest.seed,
@@ -167,21 +166,24 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
     };
     let records = species_records(forest, trees);
     let species = recorder.upload(&TREE_SPECIES, &records).binding();
-    let placed = Placed { species, forest: recorder.uniform("forest", &uniform), may_sway };
+    let placed = Placed { species, forest: recorder.uniform("forest", &uniform), may_sway, instances };
     if packed.is_empty() && !recorder.prewarms() {
         return placed;
     }
     let [cover_low_m, cells_per_m] = grid_of(cover, origin_m);
     let rules = TreeRules { cover_low_m, cells_per_m, species: records, shares: shares(forest) };
     let question = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&packed)].concat();
+    let counts = recorder.buffer(&TREE_COUNTS, 4 * (u64::from(count * lists(trees.species())) + 1));
+    depths::run(recorder, depth, tile_depth);
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
+        ("tile_depth", tile_depth.into()),
         ("forest", placed.forest.clone()),
         ("tree_question", recorder.upload(&TREE_QUESTION, &question).binding()),
         ("tree_points", shared.point_buffer.binding()),
         ("tree_instances", trees.instances.binding()),
-        ("tree_order", trees.order.binding()),
-        ("tree_draws", trees.draws.binding()),
+        ("tree_keys", trees.keys.binding()),
+        ("tree_counts", counts.binding()),
     ];
     resources.extend(terrain.resources());
     let definitions: &[&str] = if cover.is_some() { &["COVER"] } else { &[] };
@@ -190,7 +192,51 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
     }
     let rows = count.div_ceil(GROUPS_IN_ROW).max(1);
     recorder.groups(Compute { name: "surface/trees/place", definitions }, [count.min(GROUPS_IN_ROW), rows], &resources);
+    let places: Vec<BlockPlaces> = packed
+        .iter()
+        .map(|block| BlockPlaces { first_instance: block.first_instance, count: block.end - block.begin })
+        .collect();
+    list::run(recorder, trees, &counts, &places);
     placed
+}
+
+/// Returns the blocks of a view for the shader, from near to far, each cut into parts with as many points as a workgroup
+/// has threads.
+fn groups_of(sight: &Sight<'_>, blocks: &[Block], points: &Points, origin_m: DVec3, lists: u32) -> Vec<TreeBlock> {
+    // Both eyes of a rig have the same order, which is that of the rig's origin.
+    let away_m2 = |block: &Block| {
+        let middle_m = block.corner_m() + 0.5 * block.side_m() - origin_m.truncate();
+        middle_m.length_squared().to_bits()
+    };
+    let mut sorted: Vec<(u64, &Block)> = blocks.iter().map(|block| (away_m2(block), block)).collect();
+    sorted.sort_by_key(|(away_m2, block)| (*away_m2, block.level, block.tile.to_array(), block.number));
+    let mut packed: Vec<TreeBlock> = Vec::with_capacity(blocks.len());
+    let mut first_instance = 0;
+    for (_, block) in sorted {
+        let level = block.level.min(LEVELS_OF_TILE - 1) as usize;
+        let corner_m = block.tile.as_dvec2() * TILE_M - origin_m.truncate();
+        let (count, tiles) = (sight.listed(*block, points) as u32, block.tiles());
+        let all = count * tiles * tiles;
+        for begin in (0..all).step_by(TREES_OF_GROUP as usize) {
+            let end = (begin + TREES_OF_GROUP).min(all);
+            packed.push(TreeBlock {
+                corner_m: corner_m.as_vec2().to_array(),
+                tile: block.tile.to_array(),
+                first: points.starts[level][block.number as usize],
+                count,
+                tiles,
+                sparseness: block.sparseness(),
+                begin,
+                end,
+                first_instance,
+                padding: 0,
+            });
+            first_instance += (end - begin) * INSTANCES_OF_TREE;
+        }
+    }
+    // A view has a few thousand blocks. If it had more than can be summed up, the farthest would be left out.
+    packed.truncate((scan::MAX_VALUES / lists) as usize);
+    packed
 }
 
 /// The rasters of a forest on the GPU.
@@ -237,20 +283,16 @@ fn cover_view(gpu: &Gpu, cover: &Cover) -> wgpu::TextureView {
 
 /// Returns the arguments of draws without instances.
 fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
-    let lists = trees.shared.species.len() * TREE_LISTS as usize;
-    let mut words = vec![0; (lists + 1) * DRAW_WORDS as usize];
-    for (species, model) in trees.shared.species.iter().enumerate() {
-        let counts = [
-            (NEAR, model.near.count),
-            (MIDDLE, model.middle.count),
-            (IMPOSTOR, super::impostor::CORNERS),
-            (CANOPY, super::impostor::CORNERS),
-        ];
-        let counts = counts.map(|(level, count)| (species as u32 * TREE_LEVELS + level, count));
-        let of_shadow = (trees.list_of_shadows(species), super::shadow::CORNERS);
-        for (list, count) in counts.into_iter().chain([of_shadow]) {
-            words[(list * DRAW_WORDS) as usize] = count;
-        }
+    let all = trees.species();
+    let mut words = vec![0; (lists(all) * DRAW_WORDS) as usize];
+    let mut set = |list: u32, vertices: u32| words[(list * DRAW_WORDS) as usize] = vertices;
+    for (species, model) in (0..all).zip(&trees.shared.species) {
+        set(list_of(all, species, NEAR), model.near.index_count);
+        set(list_of(all, species, MIDDLE), model.middle.index_count);
+        set(trees.list_of_shadows(species), super::shadow::CORNERS);
+    }
+    for level in [IMPOSTOR, CANOPY] {
+        set(list_of(all, 0, level), super::impostor::SIDES);
     }
     words
 }

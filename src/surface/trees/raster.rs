@@ -1,13 +1,14 @@
 //! Draws the trees in view that are meshes: depth, surface id and normal. See `shaders/surface/trees/raster.wgsl`.
 
-use super::DrawnTrees;
 use super::colors::Colored;
 use super::sway::{STEP_FORMAT, Swaying};
+use super::{DrawnTrees, list_of};
 use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::Buffer;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
 use crate::gpu::target::{Target, TargetKind};
-use crate::gpu::wgsl::shared::trees::{MIDDLE, NEAR, TREE_LEVELS};
+use crate::gpu::wgsl::shared::trees::{MIDDLE, NEAR};
 pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
 use crate::surface::local_color::LOCAL_COLOR_FORMAT;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
@@ -66,29 +67,35 @@ impl Inputs<'_> {
     }
 
     /// Returns the bindings that the shaders of both passes have, for one list of trees.
-    pub(super) fn resources(&self, bucket: u32) -> Vec<Named> {
+    pub(super) fn resources(&self, list: u32) -> Vec<Named> {
         let mut resources = vec![
             ("view", self.view.clone()),
             self.terrain.clone(),
             ("tree_instances", self.trees.instances.binding()),
-            ("tree_order", self.trees.order_of(bucket).binding()),
+            ("tree_order", self.trees.order_of(list).binding()),
             ("tree_species", self.species.clone()),
         ];
         resources.extend(self.swaying.into_iter().flat_map(Swaying::resources));
         resources
     }
 
-    /// Draws lists of trees, each with its list number, over the present contents of the targets.
-    pub(super) fn draw(&self, recorder: &mut Recorder<'_>, name: &'static str, drawings: &[(u32, Drawing)]) {
-        let all: Vec<&Drawing> = drawings.iter().map(|drawing| &drawing.1).collect();
+    /// Draws lists of trees, each with its list number and the indices of its mesh, over the present contents of the
+    /// targets.
+    pub(super) fn draw(
+        &self,
+        recorder: &mut Recorder<'_>,
+        name: &'static str,
+        drawings: &[(u32, Option<&Buffer>, Drawing)],
+    ) {
+        let all: Vec<&Drawing> = drawings.iter().map(|(.., drawing)| drawing).collect();
         let mut colors = vec![self.surface_id, self.tree_normal, self.tree_form];
         colors.extend(self.swaying.map(|swaying| &swaying.step));
         colors.extend(self.colored.map(|colored| &colored.local_color));
         let on = Attachments { colors: &colors, depth: Some(self.depth), clears: Clears::Nothing };
         recorder.render(name, &all, on, |pass| {
-            for (bucket, drawing) in drawings {
+            for (list, indices, drawing) in drawings {
                 drawing.set(pass);
-                self.trees.draw(pass, *bucket);
+                self.trees.draw(pass, *list, *indices);
             }
         });
     }
@@ -97,17 +104,17 @@ impl Inputs<'_> {
 /// Draws the trees.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let draw = &inputs.variant("surface/trees/raster");
-    let mut drawings: Vec<(u32, Drawing)> = Vec::new();
+    let mut drawings: Vec<(u32, Option<&Buffer>, Drawing)> = Vec::new();
     for (number, model) in inputs.trees.shared.species.iter().enumerate() {
         for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle)] {
-            let bucket = number as u32 * TREE_LEVELS + level;
-            let mut resources = inputs.resources(bucket);
+            let list = list_of(inputs.trees.species(), number as u32, level);
+            let mut resources = inputs.resources(list);
             resources.push(("tree_vertices", mesh.vertices.binding()));
             resources.extend(inputs.colored.map(|colored| {
                 let colors = &colored.colors.species[number];
                 ("tree_colors", if level == NEAR { colors.near.binding() } else { colors.middle.binding() })
             }));
-            drawings.push((bucket, recorder.drawing(draw, &resources)));
+            drawings.push((list, Some(&mesh.indices), recorder.drawing(draw, &resources)));
         }
     }
     inputs.draw(recorder, draw.name, &drawings);

@@ -54,9 +54,9 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
             ("view", view.clone()),
             terrain.clone(),
             ("tree_instances", trees.instances.binding()),
-            ("tree_order", trees.order_of(trees.list_of_shadows(species)).binding()),
+            ("tree_order", trees.order_of(trees.list_of_shadows(species as u32)).binding()),
             ("tree_species", placed.species.clone()),
-            ("tree_pictures", Resource::Texture("tree pictures", model.alone.view.clone())),
+            ("tree_pictures", Resource::Texture("tree pictures", model.alone.of_species.clone())),
             ("forest", placed.forest.clone()),
             ("surface_id", surface_id.into()),
             ("distance_m", distance.into()),
@@ -69,7 +69,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     recorder.render(draw.name, &all, on, |pass| {
         for (species, drawing) in drawings.iter().enumerate() {
             drawing.set(pass);
-            trees.draw(pass, trees.list_of_shadows(species));
+            trees.draw(pass, trees.list_of_shadows(species as u32), None);
         }
     });
 }

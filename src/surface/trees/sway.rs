@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::place::{IMPOSTOR_PX, MAX_TREES, MIDDLE_PX};
-use super::{DrawnTrees, TREE_LISTS};
+use super::DrawnTrees;
+use super::place::{IMPOSTOR_PX, MAX_INSTANCES, MIDDLE_PX};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
@@ -35,6 +35,8 @@ pub(crate) struct Inputs<'a> {
     pub detail: f64,
     /// The trees in view.
     pub trees: &'a DrawnTrees,
+    /// Number of places for their instances.
+    pub instances: u32,
     /// [`TREE_STEP`], an attachment of the passes that draw trees.
     pub step: Target,
 }
@@ -55,19 +57,19 @@ impl Swaying {
 
 /// Computes how the trees sway.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Swaying {
-    let Inputs { wind, clock, origin_m, detail, trees, step } = inputs;
+    let Inputs { wind, clock, origin_m, detail, trees, instances, step } = inputs;
     let uniform = WindUniform {
         still_px: (STILL * IMPOSTOR_PX / detail) as f32,
         flutter_px: (MIDDLE_PX / detail) as f32,
-        counter: trees.shared.species.len() as u32 * TREE_LISTS * super::DRAW_WORDS,
+        instances,
         ..wind.uniform(origin_m.truncate(), clock)
     };
     let wind = recorder.uniform("wind", &uniform);
-    let sways = recorder.buffer(&SWAYS, u64::from(MAX_TREES) * size_of::<Sway>() as u64).binding();
+    let sways = recorder.buffer(&SWAYS, u64::from(MAX_INSTANCES) * size_of::<Sway>() as u64).binding();
     let resources = [
         ("wind", wind.clone()),
         ("tree_instances", trees.instances.binding()),
-        ("tree_draws", trees.draws.binding()),
+        ("tree_keys", trees.keys.binding()),
         ("tree_sways", sways.clone()),
     ];
     recorder.groups("surface/trees/sway", [SWAY_GROUPS, 1], &resources);

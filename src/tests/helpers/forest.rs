@@ -12,7 +12,10 @@ use hachure::scene::Forest;
 use hachure::scene::forest::{Form, Species};
 use hachure::scene::view::Pose;
 use hachure::style::Style;
-use hachure::surface::trees::{DRAW_WORDS, DRAWS, INSTANCES, ORDER, TREE_LEVELS, TREE_LISTS, TreeInstance};
+use hachure::surface::trees::place::{MAX_INSTANCES, MAX_TREES};
+use hachure::surface::trees::{
+    DRAW_WORDS, DRAWS, INSTANCES, KEYS, NO_LIST, ORDER, TREE_LEVELS, TreeInstance, list_of, lists,
+};
 
 use crate::tests::common::World;
 use crate::tests::common::draw::{NOON, draw, still};
@@ -26,6 +29,10 @@ pub struct DrawnTree {
     /// The interval of the dither pattern in which the tree is shown, from 0 to 1.
     pub shown: [f32; 2],
     pub instance: TreeInstance,
+    /// Its place among the instances.
+    pub number: u32,
+    /// Whether land or models hide it, so that it is in no list.
+    pub is_hidden: bool,
 }
 
 /// Returns a forest of trees of one form, everywhere.
@@ -50,44 +57,56 @@ pub fn drawn_trees(world: &mut World, renderer: &mut Renderer, pose: Pose, size_
     listed(world, renderer, pose.position_m)
 }
 
-/// Reads the trees of the last frame of an eye.
+/// Reads the trees of the last frame of an eye, with those that the land hides.
 pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnTree> {
-    let species = world.surfaces.forest().unwrap().species.len() as u32;
-    let buckets = species * TREE_LEVELS;
-    let lists = species * TREE_LISTS;
-    let words: Vec<u32> =
-        read_buffer(&world.gpu, &renderer.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (lists + 1)) as usize).unwrap();
-    let count = words[(lists * DRAW_WORDS) as usize] as usize;
-    let capacity = hachure::surface::trees::place::MAX_TREES as usize;
-    assert!(count <= capacity, "{count} trees, more than the capacity of {capacity}");
-    if count == 0 {
-        return Vec::new();
-    }
+    let kind = |kind| renderer.buffer(kind).unwrap().raw.clone();
+    let all = MAX_INSTANCES as usize;
+    let keys: Vec<[u32; 2]> = read_buffer(&world.gpu, &kind(&KEYS), all).unwrap();
+    // Behind the instances of this frame may be those of another one.
+    let lists = order(world, renderer);
+    let count = lists.iter().flatten().max().map_or(0, |last| *last as usize + 1);
     let mut instances = vec![TreeInstance::zeroed(); count];
-    instances.copy_from_slice(
-        &read_buffer::<TreeInstance>(&world.gpu, &renderer.buffer(&INSTANCES).unwrap().raw, count).unwrap(),
-    );
-    let order: Vec<u32> =
-        read_buffer(&world.gpu, &renderer.buffer(&ORDER).unwrap().raw, buckets as usize * capacity).unwrap();
-    let of_bucket = |bucket: u32| {
-        let first = bucket as usize * capacity;
-        let own = &order[first..first + words[(bucket * DRAW_WORDS + 1) as usize] as usize];
-        own.iter().map(move |number| (bucket, *number)).collect::<Vec<_>>()
-    };
-    let trees = (0..buckets).flat_map(of_bucket).map(|(bucket, number)| {
-        let instance = instances[number as usize];
-        assert_eq!(instance.bucket & 0xffff, bucket, "a tree is in a list of another species or level");
+    if count > 0 {
+        instances.copy_from_slice(&read_buffer::<TreeInstance>(&world.gpu, &kind(&INSTANCES), count).unwrap());
+    }
+    let species = world.surfaces.forest().unwrap().species.len() as u32;
+    let mut in_list = vec![false; count];
+    for (list, numbers) in lists.iter().enumerate() {
+        for number in numbers {
+            let bucket = instances[*number as usize].bucket & 0xffff;
+            assert_eq!(list_of(species, bucket / TREE_LEVELS, bucket % TREE_LEVELS), list as u32, "a wrong list");
+            assert!(!std::mem::replace(&mut in_list[*number as usize], true), "an instance is listed twice");
+        }
+    }
+    let trees = (0..count).filter(|number| keys[*number][1] != 0).map(|number| {
+        let (instance, is_hidden) = (instances[number], keys[number][0] & 0xffff == NO_LIST);
+        assert_eq!(is_hidden, !in_list[number], "the lists do not have all trees");
+        let bucket = instance.bucket & 0xffff;
         DrawnTree {
             at_m: DVec3::from_array(instance.flat_m.map(f64::from)) + origin_m,
             species: bucket / TREE_LEVELS,
             level: bucket % TREE_LEVELS,
             shown: [instance.shown & 0xffff, instance.shown >> 16].map(|part| part as f32 / 65535.0),
             instance,
+            number: number as u32,
+            is_hidden,
         }
     });
-    let trees: Vec<DrawnTree> = trees.collect();
-    assert_eq!(trees.len(), count, "the lists do not have all trees");
+    let mut trees: Vec<DrawnTree> = trees.collect();
+    trees.sort_by_key(|tree| (tree.species, tree.level));
     trees
+}
+
+/// Reads the numbers of the instances in each list of the last frame in which trees are drawn.
+pub fn order(world: &World, renderer: &Renderer) -> Vec<Vec<u32>> {
+    let species = world.surfaces.forest().unwrap().species.len() as u32;
+    let capacity = MAX_TREES as usize;
+    let words: Vec<u32> =
+        read_buffer(&world.gpu, &renderer.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * lists(species)) as usize).unwrap();
+    let drawn = list_of(species, 0, hachure::surface::trees::CANOPY) as usize + 1;
+    let order: Vec<u32> = read_buffer(&world.gpu, &renderer.buffer(&ORDER).unwrap().raw, drawn * capacity).unwrap();
+    let of_list = |list: usize| order[list * capacity..][..words[list * DRAW_WORDS as usize + 1] as usize].to_vec();
+    (0..drawn).map(of_list).collect()
 }
 
 /// Returns the positions and ranks of the trees at a density, on land that suits them everywhere, in tiles within

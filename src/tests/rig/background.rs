@@ -144,3 +144,52 @@ fn what_is_under_way_is_waited_for_where_frames_wait() {
     let (a, b) = (bytes(&world, &twins.background, 0, &PICTURE), bytes(&twins.apart, &twins.waiting, 0, &PICTURE));
     assert!(a == b && twins.background.built_at_once() > 0);
 }
+
+#[test]
+fn spare_pipelines_are_there_when_their_style_is_chosen() {
+    let Some(mut world) = hill_apart() else { return };
+    let [shown, spared, other] = ["ink", "crosshatch", "wash"].map(|name| Style::load(name).unwrap());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_builds(Builds::InBackground);
+    let pose = world.pose(START);
+    let view = view(pose, pose);
+    // Draws until a style is shown; returns how many frames and pipelines that took, and the milliseconds.
+    let show = |world: &mut World, renderer: &mut Renderer, style: &Style| {
+        let (begun, builds, mut frames) = (Instant::now(), world.gpu.pipelines().builds(), 0);
+        while !renderer.shows(style) {
+            renderer.render(&world.gpu, &mut world.surfaces, &view, style, &light()).unwrap();
+            world.gpu.wait();
+            frames += 1;
+            assert!(begun.elapsed() < PATIENCE, "{} was not shown", style.name);
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        (frames, world.gpu.pipelines().builds() - builds, begun.elapsed().as_secs_f64() * 1000.0)
+    };
+    show(&mut world, &mut renderer, &shown);
+    let begun = Instant::now();
+    renderer.request_spares(&world.gpu, &world.surfaces, &Rig::mono(view), &spared, &light()).unwrap();
+    let request_ms = begun.elapsed().as_secs_f64() * 1000.0;
+    assert!(renderer.has_spares(&world.gpu));
+    let (mut frames, mut record_ms, builds) = (0, 0.0_f64, world.gpu.pipelines().builds());
+    while renderer.has_spares(&world.gpu) {
+        let before = world.gpu.pipelines().builds();
+        renderer.render(&world.gpu, &mut world.surfaces, &view, &shown, &light()).unwrap();
+        world.gpu.wait();
+        // Frames go on in the style that is shown, as if nothing was compiled, and one pipeline at a time is.
+        assert!(renderer.drew() && renderer.shows(&shown) && !renderer.is_building(&world.gpu));
+        assert!(world.gpu.pipelines().builds() <= before + 1);
+        (frames, record_ms) = (frames + 1, record_ms.max(renderer.record_ms()));
+    }
+    let spares = world.gpu.pipelines().builds() - builds;
+    let (of_spared, needed, spared_ms) = show(&mut world, &mut renderer, &spared);
+    // Planted error: a style whose pipelines nobody requested before.
+    let (of_other, needed_by_other, other_ms) = show(&mut world, &mut renderer, &other);
+    println!(
+        "{spares} spare pipelines (requested in {request_ms:.1} ms) in {frames} frames of at most {record_ms:.1} ms; \
+         then {needed} were missing, shown after {of_spared} frames and {spared_ms:.0} ms; of a style without spares \
+         {needed_by_other}, {of_other} frames, {other_ms:.0} ms"
+    );
+    assert!(spares > 30 && needed <= 2, "{spares} spares, {needed} were missing");
+    assert!(needed_by_other > 3 && renderer.built_at_once() == 0);
+    world.gpu.check().unwrap();
+}

@@ -7,10 +7,10 @@ use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
 use super::{Flight, Next};
-use crate::frame::Antialias;
+use crate::frame::{Antialias, Renderer};
 use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
-use crate::scene::view::Clock;
+use crate::scene::view::{Clock, View};
 use crate::window::input::Reaction;
 use crate::window::keys::Action;
 use crate::window::toasts::{self, About};
@@ -105,7 +105,9 @@ impl Flight {
         }
         let gamepads = self.input.gamepads().may_come().then_some(self.next_gamepads);
         let renderer = self.renderer.as_ref();
-        let built = renderer.is_some_and(|renderer| renderer.is_building(&self.gpu)).then_some(self.next_built);
+        let builds = |renderer: &Renderer| renderer.is_building(&self.gpu) || renderer.has_spares(&self.gpu);
+        let builds = renderer.is_some_and(builds) || self.wants_spares();
+        let built = builds.then_some(self.next_built);
         let shaders = self.gpu.pipelines().watches().then_some(self.next_shaders);
         let toast = self.toasts.next_end();
         let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders];
@@ -148,12 +150,41 @@ impl Flight {
                 self.stale |= !renderer.is_building(&self.gpu);
             }
         }
-        if renderer.is_building(&self.gpu) && self.next_built <= now {
+        let was_building = renderer.is_building(&self.gpu);
+        if (was_building || renderer.has_spares(&self.gpu)) && self.next_built <= now {
             self.next_built = now + BUILT_LOOK;
             renderer.take_built(&self.gpu);
-            self.stale |= !renderer.is_building(&self.gpu);
+            self.stale |= was_building && !renderer.is_building(&self.gpu);
         }
+        self.request_spares(now);
         self.show_shader_errors();
+    }
+
+    /// Returns whether the pipelines of a style that is not shown are to be requested. Those of the chosen style come
+    /// first.
+    fn wants_spares(&self) -> bool {
+        self.spares_of < self.styles.list().len() && self.shows_chosen_style()
+    }
+
+    /// Requests the pipelines of the next style of the panel, so that it is shown at once when it is chosen.
+    fn request_spares(&mut self, now: Instant) {
+        let is_ready = |renderer: &Renderer| !renderer.is_building(&self.gpu) && !renderer.has_spares(&self.gpu);
+        if !self.wants_spares() || !self.renderer.as_ref().is_some_and(is_ready) {
+            return;
+        }
+        let style = self.styles.list()[self.spares_of].clone();
+        self.spares_of += 1;
+        self.next_built = now;
+        let picture_px = self.settings.picture_px(self.screen.size_px());
+        let pose = self.camera.pose();
+        let rig = self.settings.rig(&View::whole(pose, pose, picture_px), &self.last.pair);
+        let light = self.light();
+        if let Some(renderer) = &mut self.renderer
+            && let Err(error) = renderer.request_spares(&self.gpu, &self.world.surfaces, &rig, &style, &light)
+        {
+            // The style itself will say so when it is chosen.
+            tracing::debug!("{}: {error}", style.name);
+        }
     }
 
     /// Shows the errors of watched shaders. Returns whether they differ from before.
