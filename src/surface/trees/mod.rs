@@ -146,7 +146,6 @@ pub(crate) use crate::gpu::wgsl::surface::trees::impostor::TreeHull as Hull;
 
 /// Returns the pictures of trees and of pieces of canopy of a forest without models that a device has drawn.
 #[cfg(test)]
-#[expect(clippy::unwrap_used, reason = "a test fails by it")]
 pub(crate) fn pictured(gpu: &crate::gpu::Gpu, forest: &Forest) -> [Pictured; 2] {
     let looks = looks(forest, &[]);
     let shared = gpu.cache().known(|shared: &Shared| shared.looks == looks).unwrap();

@@ -341,8 +341,7 @@ mod tests {
                 let (vertices, indices) = indexed(all.iter().copied());
                 // Every corner is what it was.
                 assert!(indices.iter().zip(&all).all(|(index, corner)| vertices[usize::from(*index)] == *corner));
-                println!("{grown:?} {detail:?}: {} vertices for {} corners", vertices.len(), all.len());
-                assert!(vertices.len() as f64 <= 0.7 * all.len() as f64);
+                assert!(vertices.len() as f64 <= 0.7 * all.len() as f64, "{grown:?} {detail:?}: {}", vertices.len());
                 // Planted error: a colour that differs keeps corners apart.
                 let other = all.iter().enumerate().map(|(i, (vertex, _))| (*vertex, (i % 250) as u8));
                 assert!(indexed(other).0.len() > vertices.len());
