@@ -154,9 +154,6 @@ mod tests {
         assert_eq!(triangles(&own).len(), 2 * PATCH_QUADS as usize * PATCH_QUADS as usize);
         let [queue, batches] = [by_queue(&own), by_batches(&own)];
         let [queue_by_rows, batches_by_rows] = [by_queue(&by_rows), by_batches(&by_rows)];
-        println!(
-            "vertices per triangle: {queue:.2} and {batches:.2}; by rows {queue_by_rows:.2} and {batches_by_rows:.2}"
-        );
         assert!(queue < 0.7 && batches < 0.85, "{queue} and {batches} vertices per triangle");
         // Planted error: row by row.
         assert!(queue_by_rows > 1.0 && batches_by_rows > 1.0);
