@@ -138,9 +138,8 @@ mod tests {
         for (x, y) in [(0, 0), (5, 3), (16 + 15, 32 + 9)] {
             let patch = Minima { minima: &minima, key: PatchKey { level: 2, x, y } };
             for parts in [1, 2, 4] {
-                let of_parts = patch.of_parts(parts);
-                for i in 0..parts * parts {
-                    assert_eq!(of_parts[i], patch.of_part(parts, i % parts, i / parts), "{x} {y} {parts} {i}");
+                for (i, minimum_m) in patch.of_parts(parts).into_iter().enumerate().take(parts * parts) {
+                    assert_eq!(minimum_m, patch.of_part(parts, i % parts, i / parts), "{x} {y} {parts} {i}");
                 }
             }
         }
