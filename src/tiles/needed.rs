@@ -7,7 +7,7 @@
 //! levels are not loaded one after the other.
 
 use glam::{DVec2, DVec3};
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::FxHashMap;
 
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;
@@ -129,24 +129,24 @@ pub(crate) fn needed<'a>(
         needed.extend(wave.iter().map(|(tile, ..)| *tile));
         let mut next = Vec::new();
         // Only neighbours that are needed themselves count: the statistics of others appear and disappear.
-        let met: FxHashSet<TileAddress> = match is_measured {
-            true => FxHashSet::default(),
-            false => wave.iter().map(|(tile, ..)| tile.address).collect(),
+        let of_tile = |(tile, ..): &(Needed, _, _)| Some((tile.address, known(tile.address)?.error_m));
+        let errors_m: FxHashMap<TileAddress, f32> = match is_measured {
+            true => FxHashMap::default(),
+            false => wave.iter().filter_map(of_tile).collect(),
         };
-        let known_and_met = |address| known(address).filter(|_| met.contains(&address));
         for (tile, range_m, guessed_m) in wave {
             let statistics = known(tile.address);
             let range_m = statistics.map_or(range_m, |known| [known.min_m, known.max_m]);
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }
-            let error_m =
-                statistics.map_or(guessed_m, |known| error_around_m(land.store, &known_and_met, tile.address, known));
-            let below = urgency_below(land, tile_bounds, rule, tile.address, || error_m, range_m);
+            let error_m = || statistics.map_or(guessed_m, |known| error_around_m(&errors_m, tile.address, known));
+            let below = urgency_below(land, tile_bounds, rule, tile.address, error_m, range_m);
             let Some(below) = below else { continue };
             let (urgency, factor) = (below.urgency.min(tile.urgency), below.factor.min(tile.factor));
             let finer = children(levels, tile.address).filter(|child| land.store.has_tile(*child));
-            next.extend(finer.map(|address| (Needed { address, urgency, factor }, range_m, guess * error_m)));
+            let guessed_m = if guess > 0.0 { guess * error_m() } else { 0.0 };
+            next.extend(finer.map(|address| (Needed { address, urgency, factor }, range_m, guessed_m)));
         }
         wave = next;
     }
@@ -170,22 +170,18 @@ pub(crate) fn is_needed(
 }
 
 /// Returns the largest error of a tile and its neighbours, because the shader's continuous bound extends that far.
-fn error_around_m<'a>(
-    store: &dyn TileStore,
-    known: &impl Fn(TileAddress) -> Option<&'a TileStatistics>,
-    tile: TileAddress,
-    statistics: &TileStatistics,
-) -> f32 {
-    if store.is_measured() {
+/// `errors_m` has the errors of the neighbours if they are estimates, which consider only their own tile; measured errors
+/// consider the corners.
+fn error_around_m(errors_m: &FxHashMap<TileAddress, f32>, tile: TileAddress, statistics: &TileStatistics) -> f32 {
+    if errors_m.is_empty() {
         return statistics.corner_errors_m.into_iter().fold(statistics.error_m, f32::max);
     }
-    // Estimates consider only their own tile.
     let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
     let neighbours = around.filter_map(|(dx, dy)| {
         let (x, y) = (tile.x.checked_add_signed(dx)?, tile.y.checked_add_signed(dy)?);
-        known(TileAddress { x, y, ..tile })
+        errors_m.get(&TileAddress { x, y, ..tile })
     });
-    neighbours.fold(statistics.error_m, |error_m, neighbours| error_m.max(neighbours.error_m))
+    neighbours.fold(statistics.error_m, |error_m, neighbour_m| error_m.max(*neighbour_m))
 }
 
 /// Returns the box of a tile's land on the flat map, relative to the camera, with the rule's margin. `range_m` is the
