@@ -1,8 +1,8 @@
-//! Convex hulls of the frames of impostors, which are drawn instead of whole frames: no pixel of a corner of a frame
-//! where there is no tree starts a fragment shader.
+//! Convex hulls of the trees in the frames of impostors. Hulls are drawn instead of whole frames, so that no fragment
+//! shader runs for the empty corners of a frame.
 //!
-//! A hull has [`SIDES`] sides. It is first the convex hull of the places where the interpolated coverage is at least
-//! half; then the side whose removal adds the least area goes, until [`SIDES`] are left. A vertex of the polygon that
+//! A hull has [`SIDES`] sides. It begins as the convex hull of all points whose interpolated coverage is at least half;
+//! then the side whose removal adds the least area is removed, until [`SIDES`] are left. A vertex of the polygon that
 //! is drawn is the intersection of two sides, which the shader moves out as far as the eye's direction differs from the
 //! frame's (`shaders/surface/trees/impostor.wgsl`): so sides are stored, and not vertices.
 

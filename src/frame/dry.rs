@@ -20,7 +20,7 @@ pub(super) struct DryViews {
     readback: Option<(AsyncReadback, u64)>,
     /// The maps of the requests in flight, oldest first.
     requested: VecDeque<Vec<MapInView>>,
-    /// What was found last in each slot: the content of its map, and whether it has water.
+    /// For each slot, the content of its map when it was last examined, and whether it had water.
     known: FxHashMap<u32, (u64, bool)>,
     /// A planted error: every view counts as dry.
     #[cfg(test)]

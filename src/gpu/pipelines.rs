@@ -59,7 +59,7 @@ pub struct Draw {
     pub name: &'static str,
     /// The symbols that are defined for `#ifdef`.
     pub definitions: &'static [&'static str],
-    /// The fragment entry point. If it is empty, there is no fragment shader, and only depth is written.
+    /// The fragment entry point; empty for a pipeline without a fragment shader, which only writes depth.
     pub fragment: &'static str,
     /// The colour targets, in the order of the shader's outputs.
     pub colors: [Option<wgpu::ColorTargetState>; 5],

@@ -49,7 +49,8 @@ pub(crate) struct Change {
 pub(crate) struct Comparison {
     /// Name of the earlier report's file.
     pub with: String,
-    /// What was not compared, and why, and what else differs between the reports: one sentence each.
+    /// Notes of one sentence: each names figures that were not compared, with the reason, or another difference of the
+    /// reports.
     pub notes: Vec<String>,
     /// Figures that became worse, by style.
     pub worse: Vec<Change>,

@@ -40,7 +40,7 @@ fn error_px(old: f64, new: f64, _frames: f64) -> i32 {
     i32::from(new > old * 1.05 + 0.02) - i32::from(new < old * 0.95 - 0.02)
 }
 
-/// A higher rate is better. One percent more or less is no change.
+/// A higher rate is better. A difference of one percent counts as no change.
 fn rate(old: f64, new: f64, _frames: f64) -> i32 {
     i32::from(new < old - 1.0) - i32::from(new > old + 1.0)
 }

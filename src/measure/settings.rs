@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// How the world without a name is called.
 const BUILT_IN: &str = "the built-in world";
 
-/// What a benchmark was asked to draw, and by which program. Size, eyes and anti-aliasing are elsewhere in the report.
+/// The program of a benchmark, and the options of its run. Size, eyes and anti-aliasing are elsewhere in the report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Settings {
     /// Version of hachure.
@@ -98,7 +98,7 @@ impl Settings {
         )
     }
 
-    /// Returns the program's name, with its version and the checksum that tells its build.
+    /// Returns the program's name, version, and the checksum that distinguishes its build.
     fn program(&self) -> String {
         let build = self.program_crc32.as_ref().map_or_else(String::new, |crc32| format!(" (program {crc32})"));
         format!("hachure {}{build}", self.version)

@@ -2,7 +2,7 @@
 //!
 //! Tiles are requested in this order: those that the view needs and that are missing; those of the near future; others
 //! that are foreseen. Within each list, the tile whose parent, drawn instead, shows the largest error comes first, with a
-//! preference for the middle of the view. A tile that is no longer wanted is never read. A tile that cannot be read is
+//! preference for the middle of the view. The loader drops requests that are no longer made. A tile that cannot be read is
 //! retried at increasing intervals, while its parent is drawn instead (`residency/load.rs`).
 //!
 //! Which tiles a view needs changes slowly, so the list is found with a margin and used for as long as the camera stays

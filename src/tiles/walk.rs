@@ -96,7 +96,7 @@ struct VisiblePatch {
 
 impl<'a> Walk<'a> {
     /// Creates a walk that has selected nothing, with the root of the quadtree. It ends early if it would select more
-    /// than `max_patches`. A layered skyline tells what is behind its land.
+    /// than `max_patches`. A layered skyline knows the distances of its land.
     pub(super) fn new(
         tree: &'a mut PatchTree,
         patches: &'a dyn Patches,

@@ -61,7 +61,7 @@ pub(super) struct TreePictures {
     pub hulls: Buffer,
 }
 
-/// What is known of the pictures of one species.
+/// The properties of the pictures of one species.
 pub(super) struct SpeciesPictures {
     /// Its layer of [`TreePictures::texels`].
     pub of_species: wgpu::TextureView,
