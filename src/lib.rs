@@ -41,6 +41,8 @@ mod vector;
 pub mod picture;
 pub mod measure;
 #[cfg(feature = "window")]
+mod studio;
+#[cfg(feature = "window")]
 mod window;
 #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
 pub mod headset;

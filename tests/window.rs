@@ -151,11 +151,20 @@ fn can_run() -> bool {
 
 /// Opens a window with a small world in `folder`. Standard error goes to the file `stderr` there.
 fn open(display: &Display, folder: &Path, environment: &[(&str, &Path)]) -> (Running, String) {
+    open_with(display, folder, environment, &[])
+}
+
+/// Does the same with more arguments.
+fn open_with(display: &Display, folder: &Path, environment: &[(&str, &Path)], arguments: &[&str]) -> (Running, String) {
     write_dem(&folder.join("cone.tif"));
     let errors = folder.join("stderr");
     let mut command = hachure(folder);
-    command.args(["cone.tif", "--size", "320x200"]).env("DISPLAY", &display.name).env("XDG_RUNTIME_DIR", folder);
-    command.envs(environment.iter().copied()).stderr(std::fs::File::create_new(&errors).unwrap());
+    command
+        .args(["cone.tif", "--size", "320x200"])
+        .args(arguments)
+        .env("DISPLAY", &display.name)
+        .env("XDG_RUNTIME_DIR", folder);
+    command.envs(environment.iter().copied()).stderr(std::fs::File::create(&errors).unwrap());
     let mut program = Running(command.spawn().unwrap());
     let window = until("a window", || {
         assert!(program.0.try_wait().unwrap().is_none(), "{}", std::fs::read_to_string(&errors).unwrap());
@@ -202,6 +211,71 @@ fn a_shader_changes_while_it_flies() {
     until("the mended one", || (take_picture(&display, folder) == start).then_some(()));
     assert!(program.0.try_wait().unwrap().is_none(), "{}", printed());
     assert_eq!(printed().lines().filter(|line| line.contains("papyrus")).count(), 1, "{}", printed());
+}
+
+/// Returns the texts of the edits that are kept in the cache of `folder`.
+fn kept_edits(folder: &Path) -> Vec<String> {
+    let own = folder.join("cache").read_dir().into_iter().flatten().flatten().map(|entry| entry.path().join("unsaved"));
+    let files = own.filter_map(|unsaved| unsaved.read_dir().ok()).flatten().flatten();
+    files.filter_map(|file| std::fs::read_to_string(file.path()).ok()).collect()
+}
+
+#[test]
+fn a_style_changes_while_it_flies() {
+    if !can_run() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let style = folder.join("own.toml");
+    let text = include_str!("../src/style/presets/ink.toml");
+    std::fs::write(&style, text).unwrap();
+    let display = Display::open().expect("Xvfb must start");
+    let (mut program, _) = open_with(&display, folder, &[], &["--style", "own.toml"]);
+    let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+    let start = settled(&display, folder);
+
+    // The file is rewritten in place, and then replaced by another.
+    let red = text.replace("color = \"#fbf6ea\"", "color = \"#ff0000\"");
+    assert_ne!(red, text);
+    let is_red = |picture: &Picture| {
+        let sum =
+            |channel: usize| -> u64 { picture.rgba.iter().skip(channel).step_by(4).map(|it| u64::from(*it)).sum() };
+        sum(0) > 2 * sum(1)
+    };
+    std::fs::write(&style, &red).unwrap();
+    until("the change", || is_red(&take_picture(&display, folder)).then_some(()));
+    // What is not valid changes nothing.
+    std::fs::write(&style, "name = ").unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(is_red(&take_picture(&display, folder)), "an invalid file changed the picture");
+    let other = folder.join("other.toml");
+    std::fs::write(&other, text).unwrap();
+    std::fs::rename(&other, &style).unwrap();
+    until("the first style", || (take_picture(&display, folder) == start).then_some(()));
+
+    // Undoing gives the red paper again, which is then an edit that the file does not have.
+    assert!(kept_edits(folder).is_empty());
+    display.key(&["key", "ctrl+z"]);
+    until("the undone change", || is_red(&take_picture(&display, folder)).then_some(()));
+    until("the kept edit", || kept_edits(folder).iter().any(|kept| kept.contains("#ff0000")).then_some(()));
+    assert_eq!(std::fs::read_to_string(&style).unwrap(), text, "nothing is saved that nobody saves");
+    // Leaving asks once.
+    display.key(&["key", "Escape"]);
+    display.key(&["key", "Escape"]);
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(program.0.try_wait().unwrap().is_none(), "it left with edits that are not saved: {}", printed());
+    // A crash loses nothing, and the next start does not apply the edits by itself.
+    program.0.kill().unwrap();
+    program.0.wait().unwrap();
+    assert!(kept_edits(folder).iter().any(|kept| kept.contains("#ff0000")));
+    let (_again, _) = open_with(&display, folder, &[], &["--style", "own.toml"]);
+    assert!(settled(&display, folder) == start, "edits were applied by themselves");
+    display.key(&["key", "ctrl+z"]);
+    // A save without edits keeps the file.
+    display.key(&["key", "ctrl+s"]);
+    assert!(take_picture(&display, folder) == start);
+    assert_eq!(std::fs::read_to_string(&style).unwrap(), text);
 }
 
 #[test]

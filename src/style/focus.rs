@@ -13,9 +13,9 @@ parameters! {
         /// Fraction of the contrast that is lost far from the focus.
         strength: f32 = 0.7 => Range::Within(0.0, 1.0);
         /// Distance of the focus from the eye, not on maps; without it the focus is a position on the picture.
-        distance_m: Option<f32> => Range::Above(0.0);
+        distance_m: Option<f32> => Range::Above(0.0), soft 100_000.0;
         /// Range before and behind that distance in which contrast is full.
-        depth_m: f32 = 1000.0 => Range::Above(0.0);
+        depth_m: f32 = 1000.0 => Range::Above(0.0), soft 100_000.0;
         /// Horizontal position of the focus on the picture: 0 is the left edge, 1 the right edge.
         across: f32 = 0.5 => Range::Within(0.0, 1.0);
         /// Vertical position of the focus on the picture: 0 is the top edge, 1 the bottom edge.

@@ -19,6 +19,8 @@ pub mod hatching;
 mod height_lines;
 mod ink;
 mod lines;
+#[cfg(feature = "window")]
+mod order;
 mod rims;
 mod rows;
 mod source;
@@ -43,6 +45,8 @@ pub use height_lines::HeightLines;
 pub(crate) use ink::{Channels, Fading, Ink, InkPass, LayerBehaviour, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
+#[cfg(feature = "window")]
+pub(crate) use order::{LayerEdit, with_layer_edit};
 pub use rims::Rims;
 pub use rows::Rows;
 pub(crate) use source::RecipeSource;
@@ -215,7 +219,7 @@ impl Layers {
 
     /// Returns the key of a layer: its kind, followed by a number from the second layer of the kind on, as in
     /// `cuts[1]`.
-    pub(super) fn key(&self, index: usize) -> String {
+    pub(crate) fn key(&self, index: usize) -> String {
         keyed(self.0[index].kind(), self.number(index))
     }
 
@@ -234,6 +238,12 @@ impl Layers {
 /// Returns the key of a layer by its kind and its number among layers of the kind, from 0: `cuts`, then `cuts[1]`.
 fn keyed(name: &str, number: usize) -> String {
     if number > 0 { format!("{name}[{number}]") } else { name.to_owned() }
+}
+
+/// Returns how many layers of a kind a style may have.
+#[cfg(feature = "window")]
+pub(crate) fn most_of_kind(name: &str) -> usize {
+    KINDS.iter().find(|(known, _)| *known == name).map_or(0, |(_, max)| *max)
 }
 
 /// Returns the names of the kinds of layers, from the bottom to the top.
@@ -312,6 +322,16 @@ impl Setting for Layers {
 }
 
 impl Style {
+    /// Returns the style without the layers for which `is_left_out` is true of their key, which may be `cuts[1]`.
+    #[cfg(feature = "window")]
+    #[must_use]
+    pub(crate) fn without_layers(mut self, is_left_out: impl Fn(&str) -> bool) -> Self {
+        let keys: Vec<String> = (0..self.layers.len()).map(|index| self.layers.key(index)).collect();
+        let mut keys = keys.iter();
+        self.layers.0.retain(|_| !keys.next().is_some_and(|key| is_left_out(key)));
+        self
+    }
+
     /// Returns the style without layers of these kinds, which are named as in a style file.
     #[cfg(test)]
     #[must_use]

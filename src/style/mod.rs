@@ -268,9 +268,39 @@ impl Style {
     /// # Errors
     /// [`StyleError::Parse`] and [`StyleError::Named`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
+        Self::read_values(name, text)?.completed(name, text)
+    }
+
+    /// Does the same as [`Style::parse`] for an edit of the style `before`. An environment map that both name is not
+    /// loaded again, because it may have many megabytes.
+    ///
+    /// # Errors
+    /// As [`Style::parse`].
+    #[cfg(feature = "window")]
+    pub(crate) fn parse_edit(name: &str, text: &str, before: &Self) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-        style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| {
+        let known = before.relief.as_ref().filter(|relief| relief.sky.is_some());
+        let kept = style.relief.as_mut().zip(known).and_then(|(relief, known)| {
+            let named = relief.environment.as_ref().map(|name| folder.join(name));
+            let is_same = named.is_some() && named == known.environment;
+            is_same.then(|| relief.environment.take()).flatten().map(|_| known)
+        });
+        let mut style = style.completed(name, text)?;
+        if let (Some(kept), Some(relief)) = (kept, &mut style.relief) {
+            (relief.environment, relief.sky) = (kept.environment.clone(), kept.sky.clone());
+            // The order of files is that in which they are read.
+            let at = before.files.iter().position(|file| Some(file) == kept.environment.as_ref());
+            let at = at.unwrap_or(usize::MAX).min(style.files.len());
+            style.files.splice(at..at, kept.environment.clone());
+        }
+        Ok(style)
+    }
+
+    /// Loads the recipes and images that a style names, and returns it. `name` and `text` are those of its file.
+    fn completed(mut self, name: &str, text: &str) -> Result<Self, StyleError> {
+        let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+        self.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| {
             // Other errors begin with the name of a file.
             let wrong = match source {
                 StyleError::UnknownMarks { .. } | StyleError::UnknownTexture { .. } => {
@@ -280,7 +310,7 @@ impl Style {
             };
             StyleError::Named { place: parameters::in_text(wrong, name, text), source: Box::new(source) }
         })?;
-        Ok(style)
+        Ok(self)
     }
 
     /// Reads all values of a style in either form, and checks them; recipes and images are not loaded.

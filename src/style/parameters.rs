@@ -6,14 +6,15 @@
 //!
 //! ```text
 //! /// One sentence of help, which is also the doc comment.
-//! field as "key" in "unit": Type = default => range;
+//! field as "key" in "unit": Type = default => range, soft end;
 //! ```
 //!
 //! - `as "key"` sets the key, if it differs from the field's name.
 //! - `in "unit"` sets the unit, if the name does not end with one: `width_px` is in pixels without it.
 //! - Without a default, a number, text, colour or choice is required; an `Option` defaults to `None`, and a section to
 //!   what it is when none of its keys are given.
-//! - The range is a [`Range`]; without one, every value of the type is allowed.
+//! - The range is a [`Range`]; without one, every value of the type is allowed. `soft` is the upper end of a slider, if
+//!   useful values are far below the largest allowed one, or if there is none.
 //!
 //! After the name of a struct, `listed` names a check for lists of such sections, and `whole` a check that compares
 //! several parameters. Fields in `loaded` are not parameters; the code that loads a style fills them in.
@@ -30,7 +31,11 @@ pub(crate) use definition::unit;
 pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
 pub use document::document;
 pub(crate) use range::Range;
+#[cfg(feature = "window")]
+pub(crate) use setting::shortest;
 pub(crate) use setting::{Setting, absent, first};
+#[cfg(feature = "window")]
+pub(crate) use text::restore;
 pub(crate) use text::{Tree, find, set, text};
 
 use super::layers;
@@ -44,7 +49,7 @@ macro_rules! parameters {
         pub struct $name:ident $(, listed $listed:path)? $(, whole $whole:path)? {
             $(
                 $(#[doc = $help:literal])+
-                $field:ident $(as $key:literal)? $(in $unit:literal)? : $type:ty $(= $default:expr)? $(=> $range:expr)?;
+                $field:ident $(as $key:literal)? $(in $unit:literal)? : $type:ty $(= $default:expr)? $(=> $range:expr $(, soft $soft:expr)?)?;
             )+
         }
         $(loaded {
@@ -112,6 +117,7 @@ macro_rules! parameters {
                         $crate::style::parameters::first(&[$($range,)? $crate::style::parameters::Range::Any]),
                         $crate::style::parameters::absent([$($default)?]),
                     )
+                    .with_soft_end(&[$($($soft)?)?])
                 ),+])
             }
 

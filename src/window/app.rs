@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use winit::application::ApplicationHandler;
 use winit::event::{DeviceEvent, DeviceId, StartCause, WindowEvent};
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::WindowId;
 
 use super::flight::{Flight, Next};
@@ -15,6 +15,8 @@ struct App {
     open: Option<OpenWorldFn>,
     flight: Option<Flight>,
     outcome: Result<(), WindowError>,
+    /// Wakes the event loop from other threads.
+    proxy: EventLoopProxy<()>,
 }
 
 /// Connects to the window system; the error is one line on why there is none.
@@ -43,7 +45,8 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
 }
 
 pub(super) fn run(events: EventLoop<()>, options: FlightOptions, open: OpenWorldFn) -> Result<(), WindowError> {
-    let mut app = App { options, open: Some(open), flight: None, outcome: Ok(()) };
+    let proxy = events.create_proxy();
+    let mut app = App { options, open: Some(open), flight: None, outcome: Ok(()), proxy };
     events.run_app(&mut app)?;
     app.outcome
 }
@@ -67,7 +70,7 @@ impl App {
 impl ApplicationHandler for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(open) = self.open.take() else { return };
-        match Flight::open(events, &self.options, open) {
+        match Flight::open(events, &self.options, open, self.proxy.clone()) {
             Ok(flight) => {
                 flight.request_redraw();
                 self.flight = Some(flight);
@@ -83,6 +86,10 @@ impl ApplicationHandler for App {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
             self.with_flight(events, |flight| Ok(flight.wake(Instant::now())));
         }
+    }
+
+    fn user_event(&mut self, events: &ActiveEventLoop, (): ()) {
+        self.with_flight(events, |flight| Ok(flight.on_files_changed()));
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {

@@ -21,6 +21,11 @@ impl Clipboard {
         Self(opened.inspect_err(|error| tracing::warn!("cannot open the clipboard: {error}")).ok())
     }
 
+    /// Returns the text of the clipboard; `None` on Wayland, and if it has no text.
+    pub(super) fn text(&mut self) -> Option<String> {
+        self.0.as_mut()?.get_text().ok()
+    }
+
     /// Prepares a paste: gives egui the clipboard's text before it sees an event that may paste.
     pub(super) fn before(&mut self, event: &WindowEvent, state: &mut egui_winit::State) {
         let WindowEvent::KeyboardInput { event: key, .. } = event else { return };

@@ -6,18 +6,23 @@
 //! Why: `docs/decisions/window-frames.md`.
 
 mod controls;
+mod edits;
 
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use winit::dpi::PhysicalSize;
-use winit::event_loop::ActiveEventLoop;
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::input::Input;
+use super::inspector::{Inspector, Shown as InspectorShown};
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
+use super::questions::Questions;
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
@@ -35,6 +40,8 @@ use crate::lines::strokes::AsyncStrokeNumbers;
 use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, View};
+use crate::studio::unsaved::Unsaved;
+use crate::studio::watch::FileWatch;
 use crate::style::Style;
 use crate::tiles::terrain::Prepared;
 
@@ -76,6 +83,21 @@ pub(super) struct Flight {
     /// Whether the distance between the eyes is still adapting to the nearest land.
     eyes_move: bool,
     panel_shown: bool,
+    inspector: Inspector,
+    inspector_shown: bool,
+    questions: Questions,
+    unsaved: Unsaved,
+    watch: Option<FileWatch>,
+    /// The files that are watched.
+    watched: Vec<PathBuf>,
+    /// Errors in files of styles that have changed, by the index of the style.
+    file_errors: BTreeMap<usize, String>,
+    /// The styles whose edits of an earlier run have been looked for.
+    offered: BTreeSet<usize>,
+    /// Whether the style has changed since the inspector was laid out.
+    inspector_is_old: bool,
+    /// Whether the user has been warned of edits that are not saved, and wants to leave.
+    leaves: bool,
     toasts: Toasts,
     escape_until: Option<Instant>,
     hidden: bool,
@@ -114,6 +136,7 @@ impl Flight {
         events: &ActiveEventLoop,
         options: &FlightOptions,
         open: OpenWorldFn,
+        proxy: EventLoopProxy<()>,
     ) -> Result<Self, WindowError> {
         let (styles, style) = Styles::with(&options.style)?;
         // The window is shown once there is something to show.
@@ -147,7 +170,9 @@ impl Flight {
         let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0 };
         window.set_title(&format!("{} — hachure", world.name));
         window.set_visible(true);
-        Ok(Self {
+        // An event loop that has ended needs no waking.
+        let watch = FileWatch::start(move || _ = proxy.send_event(()));
+        let mut flight = Self {
             overlay,
             screen,
             renderer: None,
@@ -163,6 +188,16 @@ impl Flight {
             last,
             eyes_move: false,
             panel_shown: true,
+            inspector: Inspector::default(),
+            inspector_shown: false,
+            questions: Questions::default(),
+            unsaved: Unsaved::open(),
+            watch,
+            watched: Vec::new(),
+            file_errors: BTreeMap::new(),
+            offered: BTreeSet::new(),
+            inspector_is_old: false,
+            leaves: false,
             toasts: Toasts::default(),
             escape_until: None,
             hidden: false,
@@ -178,7 +213,9 @@ impl Flight {
             world,
             gpu,
             window,
-        })
+        };
+        flight.open_document();
+        Ok(flight)
     }
 
     /// Requests a frame from the window system.
@@ -239,7 +276,8 @@ impl Flight {
         if !flows {
             self.flowing_since = None;
         }
-        let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now());
+        let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now())
+            || std::mem::take(&mut self.inspector_is_old);
         // A shader may fail when it is first used.
         let has_news = self.show_shader_errors();
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
@@ -299,12 +337,30 @@ impl Flight {
         };
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
         let mut requests = panel::PanelRequests::default();
+        let mut inspected = InspectorShown::default();
+        let mut answer = None;
         let painted = self.overlay.run(&self.window, |context| {
             if self.panel_shown {
                 requests = panel::show(context, &stats, &self.styles, &mut self.settings, &mut self.camera);
             }
-            toasts::show(context, &self.toasts, requests.rect);
+            if self.inspector_shown
+                && let Some(document) = self.styles.document(settings_before.style)
+            {
+                inspected = self.inspector.show(context, document);
+            }
+            answer = self.questions.show(context).or(answer.take());
+            toasts::show(context, &self.toasts, requests.rect, inspected.rect);
         });
+        self.apply(inspected.edits, settings_before.style);
+        if let Some((question, is_taken)) = answer {
+            self.answer(question, is_taken);
+        }
+        if self.settings.style != settings_before.style {
+            self.open_document();
+        }
+        if requests.inspector {
+            self.inspector_shown = !self.inspector_shown;
+        }
         // A higher clearance lifts the camera; a lower one does not lower it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
         self.stale |= self.settings != settings_before || self.camera != camera_before;

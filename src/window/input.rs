@@ -134,8 +134,13 @@ impl Input {
             return forward(window, overlay, event);
         }
         let copies = code == KeyCode::KeyC && self.keys.control();
-        if copies {
+        // The panel handles these where the mouse is over one of its widgets.
+        if copies || code == KeyCode::Backspace {
             return forward(window, overlay, event);
+        }
+        if down && self.keys.control() {
+            let action = keys::action_with_control(key.logical_key.to_text(), self.keys.shift());
+            return action.filter(|_| !key.repeat).map_or(Reaction::Nothing, Reaction::Do);
         }
         let flies = self.keys.set(code, down, Instant::now());
         match keys::action(code, key.logical_key.to_text(), self.keys.shift()) {

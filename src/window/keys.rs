@@ -28,6 +28,16 @@ pub(super) enum Action {
     StepScale(i32),
     /// Release the mouse, or quit.
     Escape,
+    /// Show or hide the inspector of the style.
+    ToggleInspector,
+    /// Undo the last edit of the style.
+    Undo,
+    /// Repeat the edit that was undone last.
+    Redo,
+    /// Write the file of the style.
+    Save,
+    /// Ask for the name of a new file for the style.
+    SaveAs,
 }
 
 /// The keys and what they do, for the panel.
@@ -44,6 +54,9 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("F11", "full screen"),
     ("R", "return to start"),
     ("H", "hide this panel"),
+    ("I", "edit the style"),
+    ("Ctrl Z, Ctrl Y", "undo, redo"),
+    ("Ctrl S", "save the style"),
     ("Esc Esc", "quit"),
 ];
 
@@ -72,12 +85,25 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<A
         Key::Tab => Action::StepStyle(if shift { -1 } else { 1 }),
         Key::F12 | Key::KeyP => Action::Screenshot,
         Key::KeyH => Action::TogglePanel,
+        Key::KeyI => Action::ToggleInspector,
         Key::KeyR => Action::Restart,
         Key::F11 => Action::FullScreen,
         Key::BracketLeft => Action::Zoom(1.0 / 1.1),
         Key::BracketRight => Action::Zoom(1.1),
         Key::Escape => Action::Escape,
         _ => Action::ChooseStyle(DIGITS.iter().position(|digit| *digit == code)?),
+    })
+}
+
+/// Returns the action of a key that is pressed while Ctrl is down, by its character on the keyboard layout.
+pub(super) fn action_with_control(sign: Option<&str>, shift: bool) -> Option<Action> {
+    Some(match sign?.to_lowercase().as_str() {
+        "z" if shift => Action::Redo,
+        "z" => Action::Undo,
+        "y" => Action::Redo,
+        "s" if shift => Action::SaveAs,
+        "s" => Action::Save,
+        _ => return None,
     })
 }
 
@@ -145,7 +171,7 @@ impl KeysDown {
         FlyInput {
             forward: axis(&[Key::KeyW, Key::ArrowUp], &[Key::KeyS, Key::ArrowDown]),
             right: axis(&[Key::KeyD, Key::ArrowRight], &[Key::KeyA, Key::ArrowLeft]),
-            up: axis(&[Key::KeyE, Key::Space], &[Key::KeyQ, Key::ControlLeft, Key::ControlRight]),
+            up: axis(&[Key::KeyE, Key::Space], &[Key::KeyQ]),
             fast: self.shift(),
             ..FlyInput::default()
         }

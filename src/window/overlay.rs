@@ -16,6 +16,8 @@ pub(super) struct Overlay {
     clipboard: Clipboard,
     renderer: Renderer,
     repaint_at: Option<Instant>,
+    /// Where the mouse is, in points. egui knows only where it was when the panel was laid out last.
+    pointer: Option<egui::Pos2>,
 }
 
 /// A panel that is laid out but not yet painted.
@@ -35,11 +37,15 @@ impl Overlay {
         let scale = Some(window.scale_factor() as f32);
         let state = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, Some(largest));
         let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
-        Self { context, state, clipboard: Clipboard::of(window), renderer, repaint_at: None }
+        Self { context, state, clipboard: Clipboard::of(window), renderer, repaint_at: None, pointer: None }
     }
 
     /// Passes an event to the panel. Returns whether the panel needs a repaint, and whether it consumed the event.
     pub(super) fn on_event(&mut self, window: &Window, event: &WindowEvent) -> egui_winit::EventResponse {
+        if let WindowEvent::CursorMoved { position, .. } = event {
+            let scale = f64::from(self.context.pixels_per_point());
+            self.pointer = Some(egui::pos2((position.x / scale) as f32, (position.y / scale) as f32));
+        }
         // While flying, no text is being typed.
         if !self.is_typing() {
             return self.state.on_window_event(window, event);
@@ -62,12 +68,19 @@ impl Overlay {
 
     /// Returns whether a click belongs to the panel, or closes one of its lists.
     pub(super) fn wants_click(&self) -> bool {
-        self.wants_pointer() || egui::Popup::is_any_open(&self.context)
+        let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
+        let is_over_panel = layer.is_some_and(|layer| layer.order != egui::Order::Background);
+        is_over_panel || self.wants_pointer() || egui::Popup::is_any_open(&self.context)
     }
 
     /// Returns whether the mouse belongs to the panel.
     pub(super) fn wants_pointer(&self) -> bool {
         self.context.egui_wants_pointer_input()
+    }
+
+    /// Returns the text of the clipboard.
+    pub(super) fn clipboard_text(&mut self) -> Option<String> {
+        self.clipboard.text().or_else(|| self.state.clipboard_text())
     }
 
     /// Returns when the panel needs the next repaint.

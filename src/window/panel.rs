@@ -60,6 +60,8 @@ pub(super) struct PanelRequests {
     pub screenshot: bool,
     /// Whether to return to the start of the flight.
     pub restart: bool,
+    /// Whether to show the inspector of the style, or to hide it.
+    pub inspector: bool,
 }
 
 /// Sets sizes and colours, once.
@@ -96,7 +98,7 @@ pub(super) fn show(
     let shown = window.show(context, |ui| {
         ui.set_width(WIDTH);
         egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
-            picture(ui, stats, styles, settings);
+            picture(ui, stats, styles, settings, &mut requests);
             section(ui, "Performance", true, |ui| performance(ui, stats));
             section(ui, "GPU time by pass", false, |ui| passes(ui, stats));
             section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
@@ -132,11 +134,19 @@ fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
 }
 
 /// Adds the controls of what is drawn: style, resolution, edges, eyes and terrain error.
-fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut Settings) {
+fn picture(
+    ui: &mut Ui,
+    stats: &PanelStats<'_>,
+    styles: &Styles,
+    settings: &mut Settings,
+    requests: &mut PanelRequests,
+) {
     let list = styles.list();
     ui.horizontal(|ui| {
         ui.label(RichText::new("Style").weak());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            requests.inspector =
+                ui.button("Edit…").on_hover_text("Show or hide the parameters of the style (I)").clicked();
             egui::ComboBox::from_id_salt("style").selected_text(&*list[settings.style].name).show_ui(ui, |ui| {
                 for (index, style) in list.iter().enumerate() {
                     ui.selectable_value(&mut settings.style, index, &*style.name).on_hover_text(&style.description);

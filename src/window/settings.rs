@@ -1,11 +1,13 @@
 //! Settings that can be changed during a flight.
 
+use std::collections::BTreeMap;
+
 use crate::frame::Antialias;
 use crate::scene::Sun;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, Pair};
 use crate::scene::view::{Rig, View};
+use crate::studio::document::StyleDocument;
 use crate::style::{self, Style};
-use crate::tones::hatching::maps;
 
 /// Sizes of the picture as fractions of the window's size.
 pub(super) const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
@@ -82,9 +84,14 @@ impl Settings {
     }
 }
 
-/// The styles to choose from: the presets, and the style of the command line.
+/// The styles to choose from: the presets, the style of the command line, and those that were saved.
 pub(super) struct Styles {
+    /// The styles as they are drawn, edits included.
     list: Vec<Style>,
+    /// Name of the preset or path of the file of each style.
+    names: Vec<String>,
+    /// The styles that have been opened for editing, by their index in the list.
+    documents: BTreeMap<usize, StyleDocument>,
 }
 
 impl Styles {
@@ -94,17 +101,61 @@ impl Styles {
     /// Fails if `asked` is not a valid style.
     pub(super) fn with(asked: &str) -> Result<(Self, usize), style::StyleError> {
         let names = style::names();
-        let mut list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
-        let place = match names.iter().position(|name| *name == asked) {
+        let list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
+        let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
+        let mut styles = Self { list, names, documents: BTreeMap::new() };
+        let place = match styles.names.iter().position(|name| *name == asked) {
             Some(place) => place,
-            None => {
-                let style = Style::load(asked)?;
-                maps::check(&style)?;
-                list.push(style);
-                list.len() - 1
-            }
+            None => styles.add(StyleDocument::open(asked)?),
         };
-        Ok((Self { list }, place))
+        Ok((styles, place))
+    }
+
+    /// Adds a style that is open for editing, and returns its index. A style of the same file is replaced.
+    pub(super) fn add(&mut self, document: StyleDocument) -> usize {
+        let known = self.names.iter().position(|name| name == document.name());
+        let index = known.unwrap_or(self.list.len());
+        if known.is_none() {
+            self.names.push(document.name().to_owned());
+            self.list.push(document.drawn());
+        }
+        self.documents.insert(index, document);
+        self.refresh(index);
+        index
+    }
+
+    /// Opens a style for editing, if it is not open. Returns whether it was opened now.
+    ///
+    /// # Errors
+    /// Fails if its file is not valid any more.
+    pub(super) fn open(&mut self, index: usize) -> Result<bool, style::StyleError> {
+        if self.documents.contains_key(&index) {
+            return Ok(false);
+        }
+        self.documents.insert(index, StyleDocument::open(&self.names[index])?);
+        Ok(true)
+    }
+
+    /// Returns a style that is open for editing.
+    pub(super) fn document(&self, index: usize) -> Option<&StyleDocument> {
+        self.documents.get(&index)
+    }
+
+    /// Returns a style that is open for editing; after a change, [`Styles::refresh`] must be called.
+    pub(super) fn document_mut(&mut self, index: usize) -> Option<&mut StyleDocument> {
+        self.documents.get_mut(&index)
+    }
+
+    /// Returns the styles that are open for editing, with their indices.
+    pub(super) fn documents(&self) -> impl Iterator<Item = (usize, &StyleDocument)> {
+        self.documents.iter().map(|(index, document)| (*index, document))
+    }
+
+    /// Takes the changes of a document into the list.
+    pub(super) fn refresh(&mut self, index: usize) {
+        if let Some(document) = self.documents.get(&index) {
+            self.list[index] = document.drawn();
+        }
     }
 
     /// Returns all styles; there is at least one.

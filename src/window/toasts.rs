@@ -20,6 +20,8 @@ const NARROWEST: f32 = 120.0;
 pub(super) enum About {
     /// A style was chosen.
     Style,
+    /// A style was edited, or could not be.
+    Edit,
     /// Esc was pressed.
     Quitting,
     /// A file was written, or could not be written.
@@ -100,12 +102,16 @@ pub(super) fn place(window: Rect, panel: Option<Rect>) -> Rect {
     free_areas.into_iter().reduce(better).unwrap_or(window)
 }
 
-/// Shows the messages next to the panel, or in the whole window if it is hidden.
-pub(super) fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>) {
+/// Shows the messages next to the panel and to the left of the inspector, or in the whole window if they are hidden.
+pub(super) fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>, inspector: Option<Rect>) {
     if toasts.is_empty() {
         return;
     }
-    let place = place(context.content_rect(), panel);
+    let mut window = context.content_rect();
+    if let Some(inspector) = inspector {
+        window.max.x = inspector.left().max(window.left() + NARROWEST);
+    }
+    let place = place(window, panel);
     let area = egui::Area::new(egui::Id::unique("toasts")).order(egui::Order::Foreground).interactable(false);
     // Lay out from the bottom up, so that no message depends on the heights of the others in the previous frame.
     area.fixed_pos(place.min).constrain(false).show(context, |ui| {
@@ -196,7 +202,7 @@ mod tests {
             let mut texts = Vec::new();
             for _ in 0..2 {
                 let input = egui::RawInput { screen_rect: Some(window), ..Default::default() };
-                let output = context.run_ui(input, |ui| show(ui.ctx(), &toasts, Some(panel)));
+                let output = context.run_ui(input, |ui| show(ui.ctx(), &toasts, Some(panel), None));
                 texts = output.shapes.into_iter().filter_map(|clipped| text_rect(&clipped.shape)).collect();
             }
             assert_eq!(texts.len(), number + 1);

@@ -258,7 +258,7 @@ fn first_header(table: &Table) -> usize {
 }
 
 /// Returns the same for an item; `None` if it has no headers.
-fn first_header_of(item: &Item) -> Option<usize> {
+pub(super) fn first_header_of(item: &Item) -> Option<usize> {
     match item {
         Item::Table(table) => Some(first_header(table)),
         Item::ArrayOfTables(tables) => tables.iter().map(first_header).min(),
@@ -267,7 +267,7 @@ fn first_header_of(item: &Item) -> Option<usize> {
 }
 
 /// Numbers the headers of an item from `next` on, in the order in which they are to be written.
-fn renumber(item: &mut Item, next: &mut isize) {
+pub(super) fn renumber(item: &mut Item, next: &mut isize) {
     let mut of_table = |table: &mut Table| {
         table.set_position(Some(*next));
         *next += 1;

@@ -20,7 +20,7 @@ parameters! {
         /// Two values of the detector: a line starts to appear at the first and is full from the second.
         ramp: [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, 2 is the value of the paper.
-        density: f32 = 0.0 => Range::AtLeast(0.0);
+        density: f32 = 0.0 => Range::AtLeast(0.0), soft 10.0;
         /// Largest fraction of the area that lines may cover; above it the weakest lines are removed first; 1 is no
         /// limit.
         crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
@@ -40,7 +40,7 @@ parameters! {
         /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Lines fade in haze this many times farther away than tones.
-        reach: f32 = 1.0 => Range::Above(0.0);
+        reach: f32 = 1.0 => Range::Above(0.0), soft 8.0;
     }
 }
 

@@ -84,7 +84,7 @@ parameters! {
         /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strokes fade in haze this many times farther away than tones.
-        reach: f32 = 1.0 => Range::Within(1e-3, 1e6);
+        reach: f32 = 1.0 => Range::Within(1e-3, 1e6), soft 8.0;
     } loaded {
         /// The loaded recipe of `texture_name`.
         texture: Option<texture::Recipe>;

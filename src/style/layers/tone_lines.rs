@@ -61,7 +61,7 @@ parameters! {
         /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Lines fade in haze this many times farther away than tones.
-        reach: f32 = 1.0 => Range::Above(0.0);
+        reach: f32 = 1.0 => Range::Above(0.0), soft 8.0;
     }
 }
 

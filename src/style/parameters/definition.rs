@@ -16,6 +16,8 @@ pub(crate) struct Definition {
     pub unit: Option<&'static str>,
     /// Allowed values of a number, pair or list.
     pub range: Range,
+    /// Upper end of a slider, if useful values are below the largest allowed one.
+    pub soft_end: Option<f32>,
     /// Kind of value.
     pub kind: ValueKind,
     /// Whether the key is required where its section is present.
@@ -66,6 +68,21 @@ pub(crate) struct Parameter {
     pub definition: Definition,
 }
 
+/// The ends of a slider for a number. Values outside of them may still be typed, if the range of the parameter allows
+/// them.
+#[cfg(feature = "window")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SliderEnds {
+    pub low: f32,
+    pub high: f32,
+    /// Whether equal distances on the slider are equal ratios.
+    pub is_logarithmic: bool,
+}
+
+/// Widest range for which a slider is useful.
+#[cfg(feature = "window")]
+const WIDEST_SLIDER: f32 = 1e6;
+
 impl Definition {
     pub(crate) fn of<T: Setting>(
         key: &'static str,
@@ -77,7 +94,27 @@ impl Definition {
         let unit = self::unit(unit, key);
         let is_required = absent.is_none();
         let default = absent.and_then(|value| value.item());
-        Self { key, help: help.trim_ascii(), unit, range, kind: T::kind(), is_required, default }
+        Self { key, help: help.trim_ascii(), unit, range, soft_end: None, kind: T::kind(), is_required, default }
+    }
+
+    /// Returns the definition with the upper end of a slider, if there is one.
+    pub(crate) fn with_soft_end(self, soft_end: &[f32]) -> Self {
+        Self { soft_end: soft_end.first().copied(), ..self }
+    }
+
+    /// Returns the ends of a slider for a number; `None` if the range is too wide for a slider.
+    #[cfg(feature = "window")]
+    pub(crate) fn slider(&self) -> Option<SliderEnds> {
+        let [low, high] = self.range.ends();
+        let low = low?;
+        let high = self.soft_end.or(high)?;
+        if !matches!(self.kind, ValueKind::Number | ValueKind::Whole) || high - low > WIDEST_SLIDER {
+            return None;
+        }
+        // A range over several orders of magnitude is one in which the difference between 1 and 2 is as large as that
+        // between 100 and 200.
+        let is_logarithmic = low >= 0.0 && (high > 99.0 || (low > 0.0 && high >= 100.0 * low));
+        Some(SliderEnds { low, high, is_logarithmic })
     }
 
     /// Returns the allowed values in words, for a table.

@@ -53,7 +53,7 @@ pub(crate) fn first<T: Copy, const N: usize>(all: &[T; N]) -> T {
 }
 
 /// Returns the shortest decimal that reads back as the same 32-bit number: 0.1, not 0.10000000149011612.
-pub(super) fn shortest(number: f32) -> f64 {
+pub(crate) fn shortest(number: f32) -> f64 {
     let exact = f64::from(number);
     let short = number.to_string().parse().unwrap_or(exact);
     if (short as f32).to_bits() == number.to_bits() { short } else { exact }

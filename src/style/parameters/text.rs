@@ -74,6 +74,48 @@ pub(crate) fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Int
     Ok(document.to_string())
 }
 
+/// Returns the text of a style or recipe (`T`) without the value at a key, so that the parameter has its default. If a
+/// comment belongs to the value, the default is written instead, and the comment stays.
+///
+/// # Errors
+/// As [`set`]; a value without a default cannot be left out, which shows when the text is read.
+#[cfg(feature = "window")]
+pub(crate) fn restore<T: Setting>(
+    name: &str,
+    text: &str,
+    key: &str,
+    default: Option<Value>,
+) -> Result<String, TomlError> {
+    toml_text::keys(name, text)?;
+    let wrong = |message: String| Wrong::with_message(key, message).in_text(name, text);
+    known::<T>(key).map_err(&wrong)?;
+    let mut document: DocumentMut =
+        text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;
+    let place = key_in_document(document.as_item(), key);
+    let (sections, last) = place.rsplit_once('.').unwrap_or(("", &place));
+    let mut item = Some(document.as_item_mut());
+    for (step, number) in steps(sections).filter(|(step, _)| !step.is_empty()) {
+        item = item.and_then(|item| item.as_table_like_mut()?.get_mut(step));
+        if let Some(number) = number {
+            item = item.and_then(|item| item.get_mut(number));
+        }
+    }
+    // What is not there has its default.
+    let Some(table) = item.and_then(Item::as_table_like_mut) else { return Ok(text.to_owned()) };
+    let is_comment = |raw: Option<&toml_edit::RawString>| {
+        raw.and_then(toml_edit::RawString::as_str).is_some_and(|text| text.contains('#'))
+    };
+    let above = table.key(last).is_some_and(|key| is_comment(key.leaf_decor().prefix()));
+    let behind = table.get(last).and_then(Item::as_value).is_some_and(|value| is_comment(value.decor().suffix()));
+    match default {
+        Some(default) if above || behind => set::<T>(name, text, key, default),
+        _ => {
+            table.remove(last);
+            Ok(document.to_string())
+        }
+    }
+}
+
 /// Checks that a parameter has this key, whatever its list index.
 fn known<T: Setting>(key: &str) -> Result<(), String> {
     let bare = |key: &str| steps(key).map(|(name, _)| name).collect::<Vec<_>>().join(".");

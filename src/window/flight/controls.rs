@@ -12,6 +12,7 @@ use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
 use crate::scene::view::{Clock, View};
 use crate::window::input::Reaction;
+use crate::window::inspector::Edit;
 use crate::window::keys::Action;
 use crate::window::toasts::{self, About};
 use crate::window::{WindowError, screenshot};
@@ -25,7 +26,7 @@ const BUILT_LOOK: Duration = Duration::from_millis(10);
 /// Interval at which shader files are checked for changes, if they are watched.
 const SHADER_LOOK: Duration = Duration::from_millis(250);
 /// How long a message is shown.
-const TOAST: Duration = Duration::from_secs(5);
+pub(super) const TOAST: Duration = Duration::from_secs(5);
 /// A second Esc within this time quits.
 const ESCAPE: Duration = Duration::from_secs(3);
 
@@ -41,7 +42,9 @@ impl Flight {
     /// Fails if the GPU fails.
     pub(crate) fn on_event(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
         match event {
-            WindowEvent::CloseRequested => return Ok(Next::Quit),
+            WindowEvent::CloseRequested => {
+                return Ok(if self.may_leave("close the window again") { Next::Quit } else { Next::Frame });
+            }
             WindowEvent::Resized(size) => {
                 self.screen.resize(&self.gpu, [size.width, size.height]);
                 self.hidden = size.width == 0 || size.height == 0;
@@ -71,6 +74,11 @@ impl Flight {
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot()?,
             Action::TogglePanel => self.panel_shown = !self.panel_shown,
+            Action::ToggleInspector => self.inspector_shown = !self.inspector_shown,
+            Action::Undo => self.apply(vec![Edit::Undo], before.style),
+            Action::Redo => self.apply(vec![Edit::Redo], before.style),
+            Action::Save => self.save_or_ask(),
+            Action::SaveAs => self.ask_for_name(),
             Action::Restart => self.restart(),
             Action::FullScreen => {
                 let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
@@ -83,13 +91,14 @@ impl Flight {
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
                 if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {
-                    return Ok(Next::Quit);
+                    return Ok(if self.may_leave("press Esc again") { Next::Quit } else { Next::Frame });
                 }
                 self.escape_until = Some(Instant::now() + ESCAPE);
                 self.say(About::Quitting, "Press Esc again to quit".to_owned(), ESCAPE);
             }
         }
         if self.settings.style != before.style {
+            self.open_document();
             let style = self.style();
             let text = format!("{}: {}", style.name, style.description);
             self.say(About::Style, text, TOAST / 2);
@@ -134,7 +143,7 @@ impl Flight {
         if due { Next::Frame } else { Next::Sleep }
     }
 
-    fn say(&mut self, about: About, text: String, how_long: Duration) {
+    pub(super) fn say(&mut self, about: About, text: String, how_long: Duration) {
         self.toasts.say(about, text, toasts::until(how_long));
     }
 
@@ -189,7 +198,9 @@ impl Flight {
 
     /// Shows the errors of watched shaders. Returns whether they differ from before.
     pub(super) fn show_shader_errors(&mut self) -> bool {
-        self.toasts.set_lasting(self.gpu.pipelines().shader_errors().iter().map(ToString::to_string).collect())
+        let of_shaders = self.gpu.pipelines().shader_errors();
+        let of_shaders = of_shaders.iter().map(ToString::to_string);
+        self.toasts.set_lasting(of_shaders.chain(self.file_errors.values().cloned()).collect())
     }
 
     pub(super) fn restart(&mut self) {

@@ -1,0 +1,15 @@
+//! The studio, as far as it needs no window: a style that is being edited, with its history and its file.
+//!
+//! [`document`] holds the text of a style with everything that follows from it, and is the only way to change it.
+//! [`history`] keeps the steps that can be undone, [`rows`] lists what an inspector shows, [`unsaved`] keeps edits over a
+//! crash, and [`watch`] reports when files change outside of the program.
+
+pub(crate) mod document;
+mod history;
+pub(crate) mod rows;
+mod saving;
+pub(crate) mod unsaved;
+pub(crate) mod watch;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,374 @@
+//! A style that is being edited: its text, what the text says, its history, and its file.
+//!
+//! The text is always that of a valid style: an edit that would make it invalid is refused, and its error says why.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use toml_edit::Value;
+
+use super::history::History;
+use super::rows::{self, Row, Section, title};
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::style::layers::{LayerEdit, with_layer_edit};
+use crate::style::parameters::{ValueKind, restore, set};
+use crate::style::{Style, StyleError, preset_text};
+use crate::tones::hatching::maps;
+
+/// A style that is being edited.
+#[derive(Debug)]
+pub(crate) struct StyleDocument {
+    /// Name for errors: the path of the file, or the name of the preset.
+    name: String,
+    /// The file of the style; a preset has none.
+    pub(super) path: Option<PathBuf>,
+    text: String,
+    style: Style,
+    sections: Vec<Section>,
+    /// The text of the file, or of the preset.
+    pub(super) saved: String,
+    history: History,
+    /// Keys of layers that are not drawn.
+    hidden: BTreeSet<String>,
+    /// Key of the only layer that is drawn.
+    solo: Option<String>,
+    /// Number of changes, by which others notice them.
+    revision: u64,
+}
+
+impl StyleDocument {
+    /// Opens a preset by its name, or a style file by its path.
+    ///
+    /// # Errors
+    /// [`StyleError`].
+    pub(crate) fn open(name: &str) -> Result<Self, StyleError> {
+        if let Some(text) = preset_text(name) {
+            return Self::of_text(name, None, text.to_owned());
+        }
+        let path = Path::new(name);
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            return Err(StyleError::Unknown { name: name.to_owned() });
+        }
+        let text = read_text(path, LARGEST_STYLE_BYTES)
+            .map_err(|source| StyleError::Read { path: name.to_owned(), source })?;
+        Self::of_text(name, Some(path.to_owned()), text)
+    }
+
+    fn of_text(name: &str, path: Option<PathBuf>, text: String) -> Result<Self, StyleError> {
+        let style = parsed(name, path.as_deref(), &text, None)?;
+        Ok(Self {
+            name: name.to_owned(),
+            path,
+            saved: text.clone(),
+            text,
+            sections: rows::sections(&style),
+            style,
+            history: History::default(),
+            hidden: BTreeSet::new(),
+            solo: None,
+            revision: 0,
+        })
+    }
+
+    /// Returns a document with the same text for another file, without history. The text counts as saved.
+    pub(super) fn moved_to(&self, path: &Path, text: String) -> Result<Self, StyleError> {
+        Self::of_text(&path.display().to_string(), Some(path.to_owned()), text)
+    }
+
+    /// Returns the name of the preset, or the path of the file.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Returns the file of the style; a preset has none.
+    pub(crate) fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns the style, all layers included.
+    pub(crate) fn style(&self) -> &Style {
+        &self.style
+    }
+
+    /// Returns the style as it is drawn: without the layers that are hidden.
+    pub(crate) fn drawn(&self) -> Style {
+        self.style.clone().without_layers(|key| !self.is_drawn(key))
+    }
+
+    /// Returns the sections of the style, in the order of the text.
+    pub(crate) fn sections(&self) -> &[Section] {
+        &self.sections
+    }
+
+    /// Returns the parameter with a key.
+    pub(crate) fn row(&self, key: &str) -> Option<&Row> {
+        self.sections.iter().flat_map(|section| &section.rows).find(|row| row.key == key)
+    }
+
+    /// Returns a number that grows with every change of what is drawn.
+    pub(crate) fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Returns whether the text differs from the file, or from the preset.
+    pub(crate) fn is_edited(&self) -> bool {
+        self.text != self.saved
+    }
+
+    /// Returns whether a layer is drawn.
+    pub(crate) fn is_drawn(&self, layer: &str) -> bool {
+        self.solo.as_deref().map_or_else(|| !self.hidden.contains(layer), |solo| solo == layer)
+    }
+
+    /// Returns whether a layer is the only one that is drawn.
+    pub(crate) fn is_solo(&self, layer: &str) -> bool {
+        self.solo.as_deref() == Some(layer)
+    }
+
+    /// Hides a layer or shows it again. This is no edit: the file does not say what is hidden.
+    pub(crate) fn toggle_hidden(&mut self, layer: &str) {
+        if !self.hidden.remove(layer) {
+            self.hidden.insert(layer.to_owned());
+        }
+        self.solo = None;
+        self.revision += 1;
+    }
+
+    /// Draws a layer alone, or all of them again.
+    pub(crate) fn toggle_solo(&mut self, layer: &str) {
+        self.solo = if self.is_solo(layer) { None } else { Some(layer.to_owned()) };
+        self.revision += 1;
+    }
+
+    /// Sets the value of a parameter. While the mouse is held, further values of the same parameter belong to the same
+    /// step; [`StyleDocument::release`] ends it.
+    ///
+    /// # Errors
+    /// The value is not allowed; then nothing changes.
+    pub(crate) fn set(&mut self, key: &str, value: impl Into<Value>) -> Result<(), StyleError> {
+        let text = set::<Style>(&self.name, &self.text, key, value)?;
+        self.change(text, Some(key), |document| document.named(key))
+    }
+
+    /// Sets a value that was given as text: TOML, or the bare text of a name, a colour or a text.
+    ///
+    /// # Errors
+    /// The value is not allowed; then nothing changes.
+    pub(crate) fn set_text(&mut self, key: &str, text: &str) -> Result<(), StyleError> {
+        let text = text.trim();
+        let takes_text = self.row(key).is_some_and(|row| {
+            matches!(row.definition.kind, ValueKind::Text | ValueKind::Color | ValueKind::Choice(_))
+        });
+        match text.parse::<Value>() {
+            Ok(value) if !takes_text || value.is_str() => self.set(key, value),
+            _ => self.set(key, text),
+        }
+    }
+
+    /// Gives a parameter its default value.
+    ///
+    /// # Errors
+    /// The parameter has no default and is required; then nothing changes.
+    pub(crate) fn restore(&mut self, key: &str) -> Result<(), StyleError> {
+        let default = self.row(key).and_then(|row| row.definition.default.as_ref()?.as_value().cloned());
+        let text = restore::<Style>(&self.name, &self.text, key, default)?;
+        self.change(text, None, |document| format!("Default of {}", document.named(key)))
+    }
+
+    /// Adds, removes, duplicates or moves a layer, a section or an entry of a list.
+    ///
+    /// # Errors
+    /// The style would not be valid; then nothing changes.
+    pub(crate) fn edit_layers(&mut self, edit: &LayerEdit) -> Result<(), StyleError> {
+        let text = with_layer_edit(&self.name, &self.text, edit)?;
+        let layer = |index: usize| match index < self.style.layers.len() {
+            true => title(&self.style.layers.key(index)),
+            false => String::new(),
+        };
+        let name = match edit {
+            LayerEdit::Add(kind) => format!("New layer: {}", title(kind)),
+            LayerEdit::Remove(index) => format!("Removed layer: {}", layer(*index)),
+            LayerEdit::Duplicate(index) => format!("Copy of layer: {}", layer(*index)),
+            LayerEdit::Move(from, to) if to > from => format!("Raised layer: {}", layer(*from)),
+            LayerEdit::Move(from, _) => format!("Lowered layer: {}", layer(*from)),
+            LayerEdit::AddSection(key) => format!("Added: {}", title(key)),
+            LayerEdit::RemoveSection(key) => format!("Removed: {}", title(key)),
+            LayerEdit::AddEntry(list) => format!("New entry: {}", title(list)),
+            LayerEdit::RemoveEntry(list, number) => format!("Removed: {}", title(&format!("{list}[{number}]"))),
+        };
+        self.change(text, None, |_| name)
+    }
+
+    /// Ends a step that consists of several changes, because the mouse was released.
+    pub(crate) fn release(&mut self) {
+        self.history.close(&self.text);
+    }
+
+    /// Undoes the last step and returns its name.
+    pub(crate) fn undo(&mut self) -> Option<String> {
+        let (name, text) = self.history.undo(&self.text)?;
+        self.take_text(text).then_some(name)
+    }
+
+    /// Repeats the step that was undone last and returns its name.
+    pub(crate) fn redo(&mut self) -> Option<String> {
+        let (name, text) = self.history.redo(&self.text)?;
+        self.take_text(text).then_some(name)
+    }
+
+    /// Returns the names of the steps that can be undone and redone.
+    pub(crate) fn step_names(&self) -> [Option<&str>; 2] {
+        self.history.names()
+    }
+
+    /// Returns to what is saved. This can be undone.
+    ///
+    /// # Errors
+    /// A recipe or image that the saved style names is not valid any more.
+    pub(crate) fn revert(&mut self) -> Result<(), StyleError> {
+        self.change(self.saved.clone(), None, |_| "Return to what is saved".to_owned())
+    }
+
+    /// Replaces the text, as one step.
+    ///
+    /// # Errors
+    /// The text is not a valid style; then nothing changes.
+    pub(crate) fn replace(&mut self, text: String, step: &str) -> Result<(), StyleError> {
+        self.change(text, None, |_| step.to_owned())
+    }
+
+    /// Handles a change of the style's files. `text` is the present text of the style file; a preset has none.
+    ///
+    /// # Errors
+    /// The files are not valid; the last valid style stays.
+    pub(crate) fn reload(&mut self, text: Option<String>) -> Result<Reloaded, StyleError> {
+        if let Some(text) = text.filter(|text| *text != self.saved) {
+            // Errors are found before somebody decides for the file.
+            self.parsed(&text)?;
+            if self.is_edited() && self.text != text {
+                return Ok(Reloaded::Conflict(text));
+            }
+            let is_new = self.text != text;
+            self.load(text)?;
+            return Ok(if is_new { Reloaded::Changed } else { Reloaded::Unchanged });
+        }
+        // Perhaps a recipe or an image has changed.
+        let style = self.parsed(&self.text)?;
+        if style == self.style {
+            return Ok(Reloaded::Unchanged);
+        }
+        self.take(self.text.clone(), style);
+        Ok(Reloaded::Changed)
+    }
+
+    /// Takes the text of the file, which another program has changed; edits can be restored by undoing.
+    ///
+    /// # Errors
+    /// The text is not a valid style; then nothing changes.
+    pub(crate) fn load(&mut self, text: String) -> Result<(), StyleError> {
+        self.change(text.clone(), None, |_| "Change of the file".to_owned())?;
+        self.saved = text;
+        Ok(())
+    }
+
+    /// Marks a text as that of the file, without changing the style: another program has written the file, and the
+    /// edits are to stay.
+    pub(crate) fn keep_edits_over(&mut self, text: String) {
+        self.saved = text;
+    }
+
+    /// Takes another text as one step.
+    fn change(
+        &mut self,
+        text: String,
+        key: Option<&str>,
+        name: impl FnOnce(&Self) -> String,
+    ) -> Result<(), StyleError> {
+        if text == self.text {
+            return Ok(());
+        }
+        let style = self.parsed_edit(&text)?;
+        let before = std::mem::take(&mut self.text);
+        self.take(text, style);
+        let name = name(self);
+        self.history.record(name, key, &before);
+        Ok(())
+    }
+
+    /// Takes a text of the history. Returns whether it is still valid: recipes may have changed since.
+    fn take_text(&mut self, text: String) -> bool {
+        match self.parsed(&text) {
+            Ok(style) => {
+                self.take(text, style);
+                true
+            }
+            Err(error) => {
+                tracing::warn!("{error}");
+                false
+            }
+        }
+    }
+
+    fn parsed(&self, text: &str) -> Result<Style, StyleError> {
+        parsed(&self.name, self.path.as_deref(), text, None)
+    }
+
+    /// Reads an edit of the style. Files that it has read already are not read again, where that could take long.
+    fn parsed_edit(&self, text: &str) -> Result<Style, StyleError> {
+        parsed(&self.name, self.path.as_deref(), text, Some(&self.style))
+    }
+
+    fn take(&mut self, text: String, style: Style) {
+        self.text = text;
+        self.sections = rows::sections(&style);
+        self.style = style;
+        let keys: Vec<String> = (0..self.style.layers.len()).map(|index| self.style.layers.key(index)).collect();
+        self.hidden.retain(|key| keys.contains(key));
+        self.solo = self.solo.take().filter(|key| keys.contains(key));
+        self.revision += 1;
+    }
+
+    /// Returns a parameter and its present value in words: "Strokes: width 1.2 px".
+    fn named(&self, key: &str) -> String {
+        let section = self.sections.iter().find(|section| section.rows.iter().any(|row| row.key == key));
+        let row = section.and_then(|section| section.rows.iter().find(|row| row.key == key));
+        match (section, row) {
+            (Some(section), Some(row)) => {
+                format!("{}: {} {}", section.title, row.label.to_lowercase(), row.shown())
+            }
+            _ => key.to_owned(),
+        }
+    }
+}
+
+/// What a change of files did to a document.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Reloaded {
+    /// Nothing: the files say what the document says.
+    Unchanged,
+    /// The document says what the files say now.
+    Changed,
+    /// The file has this text, but the document has edits that are not saved; they stay.
+    Conflict(String),
+}
+
+/// Reads a style as [`Style::load`] does, with the files that it was read from. If it is an edit of the style `before`,
+/// images that both name are neither read nor checked again.
+fn parsed(name: &str, path: Option<&Path>, text: &str, before: Option<&Style>) -> Result<Style, StyleError> {
+    let mut style = match before {
+        Some(before) => Style::parse_edit(name, text, before)?,
+        None => Style::parse(name, text)?,
+    };
+    let recipes = |style: &Style| style.recipe_files().marks;
+    let has_new = |marks: &_| before.is_none_or(|before| recipes(before) != *marks);
+    let marks = recipes(&style);
+    if !marks.is_empty() && has_new(&marks) {
+        maps::check(&style)?;
+    }
+    style.files.extend(path.map(Path::to_owned));
+    Ok(style)
+}

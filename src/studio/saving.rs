@@ -1,0 +1,100 @@
+//! Writes a document to its file, or to a new one.
+
+use std::path::{Path, PathBuf};
+
+use super::document::StyleDocument;
+use crate::file::FileError;
+use crate::file::atomic;
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::style::parameters::set;
+use crate::style::{Style, StyleError, names};
+
+/// Why a style was not saved.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SaveError {
+    /// The document is a preset, which has no file.
+    #[error("{name} is built in; save it under another name")]
+    Preset {
+        /// Name of the preset.
+        name: String,
+    },
+    /// Another program has changed the file.
+    #[error("{}: changed by another program since it was read; save under another name, or return to what is saved", path.display())]
+    ChangedOutside {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file of this name exists.
+    #[error("{}: exists and is not the style that is open; choose another name", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The name cannot be that of a style file.
+    #[error("a style file needs a name")]
+    NoName,
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] FileError),
+    /// The style is not valid at its new place.
+    #[error(transparent)]
+    Style(#[from] StyleError),
+}
+
+impl StyleDocument {
+    /// Writes the document to its file.
+    ///
+    /// # Errors
+    /// [`SaveError`]; the file is then unchanged.
+    pub(crate) fn save(&mut self) -> Result<(), SaveError> {
+        let Some(path) = self.path.clone() else {
+            return Err(SaveError::Preset { name: self.name().to_owned() });
+        };
+        // A file that is gone is written again.
+        if let Ok(there) = read_text(&path, LARGEST_STYLE_BYTES)
+            && there != self.saved
+            && there != self.text()
+        {
+            return Err(SaveError::ChangedOutside { path });
+        }
+        // A link stays a link.
+        let place = path.canonicalize().unwrap_or_else(|_| path.clone());
+        atomic::write(&place, self.text().as_bytes()).map_err(|error| FileError::write(&path, error))?;
+        self.saved = self.text().to_owned();
+        self.release();
+        Ok(())
+    }
+
+    /// Writes the document to a new file, which must not exist, and returns the document of that file. A preset gets
+    /// the name of the file, so that it differs from the preset in lists. The ending `.toml` is added if it is missing.
+    ///
+    /// # Errors
+    /// [`SaveError`]; nothing is then written.
+    pub(crate) fn save_as(&self, path: &str) -> Result<Self, SaveError> {
+        let path = path.trim();
+        if path.is_empty() || path.ends_with(['/', '\\']) {
+            return Err(SaveError::NoName);
+        }
+        let mut path = PathBuf::from(path);
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            path.as_mut_os_string().push(".toml");
+        }
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let text = match names().contains(&self.style().name.as_str()) {
+            true => set::<Style>(self.name(), self.text(), "name", stem).map_err(StyleError::from)?,
+            false => self.text().to_owned(),
+        };
+        // Recipes are found relative to the new file.
+        let saved = self.moved_to(&path, text)?;
+        create(&path, saved.text())?;
+        Ok(saved)
+    }
+}
+
+/// Writes a file that must not exist.
+fn create(path: &Path, text: &str) -> Result<(), SaveError> {
+    if path.symlink_metadata().is_ok() {
+        return Err(SaveError::Exists { path: path.to_owned() });
+    }
+    Ok(atomic::write(path, text.as_bytes()).map_err(|error| FileError::write(path, error))?)
+}

@@ -1,0 +1,112 @@
+//! Keeps edits that are not saved in the cache folder, so that they survive a crash. A thread writes them, so that no
+//! frame waits for a disk.
+//!
+//! A file holds the text of one style. Its name is a checksum of the style's path or preset, and its first line names
+//! it, so that the edits of one style are never offered for another. Edits are kept until the style is saved or returns
+//! to what is saved; leaving the program without saving keeps them, too.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread::JoinHandle;
+
+use super::document::StyleDocument;
+use crate::file::cache_folder;
+use crate::file::input::LARGEST_STYLE_BYTES;
+
+/// Begins the first line of a file, before the name of the style.
+const HEAD: &str = "# Unsaved edits of ";
+
+/// The edits that are not saved, in a folder of the cache.
+pub(crate) struct Unsaved {
+    folder: Option<PathBuf>,
+    jobs: Option<Sender<Job>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// A file of the cache, and its new content; `None` removes it.
+struct Job {
+    path: PathBuf,
+    text: Option<String>,
+}
+
+impl Unsaved {
+    /// Opens the folder in hachure's cache. Without a cache nothing is kept.
+    pub(crate) fn open() -> Self {
+        let own = cache_folder::root().and_then(|root| {
+            cache_folder::open(&root).inspect_err(|error| tracing::info!("{}: {error}", root.display())).ok()
+        });
+        Self::within(own.map(|own| own.join("unsaved")))
+    }
+
+    /// Opens a folder.
+    pub(super) fn within(folder: Option<PathBuf>) -> Self {
+        let (jobs, received) = mpsc::channel();
+        let thread = std::thread::Builder::new().name("unsaved edits".to_owned()).spawn(move || work(&received));
+        Self { folder, jobs: Some(jobs), thread: thread.ok() }
+    }
+
+    /// Keeps the text of a document if it has edits, and removes what was kept of it otherwise.
+    pub(crate) fn keep(&self, document: &StyleDocument) {
+        let name = full_name(document);
+        let (Some(path), Some(jobs)) = (self.path(&name), &self.jobs) else { return };
+        let text = document.is_edited().then(|| format!("{}{}", first_line(&name), document.text()));
+        // The thread ends only with this value.
+        let _ = jobs.send(Job { path, text });
+    }
+
+    /// Returns edits of a style that an earlier run has kept, if they differ from the document.
+    pub(crate) fn find(&self, document: &StyleDocument) -> Option<String> {
+        let name = full_name(document);
+        let bytes = cache_folder::read(&self.path(&name)?, LARGEST_STYLE_BYTES)?;
+        let text = String::from_utf8(bytes).ok()?;
+        let text = text.strip_prefix(&first_line(&name))?;
+        (text != document.text()).then(|| text.to_owned())
+    }
+
+    fn path(&self, name: &str) -> Option<PathBuf> {
+        Some(self.folder.as_ref()?.join(format!("{:08x}.toml", crc32fast::hash(name.as_bytes()))))
+    }
+}
+
+impl Drop for Unsaved {
+    /// Waits until everything is written.
+    fn drop(&mut self) {
+        self.jobs = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic there was printed there.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Returns the name of a style that does not depend on the current folder.
+fn full_name(document: &StyleDocument) -> String {
+    let absolute = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
+    let path = document.path().map(|path| absolute(path).unwrap_or_else(|_| path.to_owned()));
+    path.map_or_else(|| document.name().to_owned(), |path| path.display().to_string())
+}
+
+fn first_line(name: &str) -> String {
+    format!("{HEAD}{}\n", name.replace(['\n', '\r'], " "))
+}
+
+/// Writes and removes files until the sender is gone. Of several jobs for a file only the last one is done.
+fn work(jobs: &Receiver<Job>) {
+    while let Ok(first) = jobs.recv() {
+        let mut waiting = vec![first];
+        while let Ok(next) = jobs.try_recv() {
+            waiting.retain(|job| job.path != next.path);
+            waiting.push(next);
+        }
+        for Job { path, text } in waiting {
+            let done = match text {
+                Some(text) => cache_folder::write(&path, text.as_bytes()),
+                None if cache_folder::is_file(&path) => std::fs::remove_file(&path),
+                None => Ok(()),
+            };
+            if let Err(error) = done {
+                tracing::info!("{}: {error}", path.display());
+            }
+        }
+    }
+}

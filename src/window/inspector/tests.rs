@@ -1,0 +1,220 @@
+//! Tests the inspector without a window: which widgets there are, their names, and what they do.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+
+use super::{Edit, Inspector, apply};
+use crate::studio::document::StyleDocument;
+use crate::studio::rows::title;
+use crate::style::layers::layer_names;
+use crate::style::parameters::{Setting, find, parameters_of};
+use crate::style::{Style, names};
+
+struct Bench {
+    inspector: Inspector,
+    document: StyleDocument,
+    /// What the last edits said, errors included.
+    said: Vec<String>,
+    saves: usize,
+}
+
+/// Opens the inspector of a style in a window in which everything has room.
+fn open(name: &str) -> Harness<'static, Bench> {
+    let document = StyleDocument::open(name).unwrap();
+    let bench = Bench { inspector: Inspector::default(), document, said: Vec::new(), saves: 0 };
+    let harness = Harness::builder().with_size(egui::vec2(700.0, 16_000.0)).with_max_steps(40);
+    let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
+        |ui, bench: &mut Bench| {
+            for edit in bench.inspector.show(ui.ctx(), &bench.document).edits {
+                bench.saves += usize::from(matches!(edit, Edit::Save));
+                match apply(&mut bench.document, edit, Some("0.25")) {
+                    Ok(said) => bench.said.extend(said),
+                    Err(error) => bench.said.push(error.to_string()),
+                }
+            }
+        },
+        bench,
+    );
+    harness.run();
+    harness.get_by_label("Open all").click();
+    harness.run();
+    harness
+}
+
+/// Returns the labels of all widgets that a user can operate, with their roles.
+fn widgets(harness: &Harness<'_, Bench>) -> Vec<(Role, Option<String>)> {
+    let roles = [
+        Role::Button,
+        Role::CheckBox,
+        Role::ColorWell,
+        Role::ComboBox,
+        Role::Slider,
+        Role::SpinButton,
+        Role::TextInput,
+    ];
+    let nodes = harness.root().children_recursive();
+    let nodes = nodes.map(|node| (node.accesskit_node().role(), node.accesskit_node().label()));
+    nodes.filter(|(role, _)| roles.contains(role)).collect()
+}
+
+/// Returns the keys of the parameters that a style has, from the definitions and the text of the whole style.
+fn keys(style: &Style) -> Vec<String> {
+    let item = style.item().unwrap();
+    let has_section = |key: &str| key.rsplit_once('.').is_none_or(|(section, _)| find(&item, section).is_some());
+    let is_layer_of_style = |key: &str| {
+        let first = key.split('.').next().unwrap();
+        let kind = first.split('[').next().unwrap();
+        !layer_names().any(|name| name == kind) || (0..style.layers.len()).any(|index| style.layers.key(index) == first)
+    };
+    let all = parameters_of(&Style::kind(), Some(&item)).into_iter();
+    let all = all.filter(|parameter| parameter.definition.section().is_none());
+    all.map(|parameter| parameter.key).filter(|key| has_section(key) && is_layer_of_style(key)).collect()
+}
+
+/// Returns the name that the widget of a parameter has, without the label.
+fn section_of(key: &str) -> String {
+    key.rsplit_once('.').map_or_else(|| "Style".to_owned(), |(section, _)| title(section))
+}
+
+#[test]
+fn every_parameter_of_every_preset_has_a_widget_with_a_name() {
+    let mut total = 0;
+    for name in names() {
+        let harness = open(name);
+        let widgets = widgets(&harness);
+        let unnamed: Vec<_> =
+            widgets.iter().filter(|(_, label)| label.as_ref().is_none_or(|label| label.trim().is_empty())).collect();
+        assert!(unnamed.is_empty(), "{name}: widgets without a name: {unnamed:?}");
+        let labels: Vec<&str> = widgets.iter().filter_map(|(_, label)| label.as_deref()).collect();
+        // A screen reader must be able to tell widgets apart.
+        let mut counts = BTreeMap::new();
+        labels.iter().for_each(|label| *counts.entry(*label).or_insert(0) += 1);
+        let repeated: Vec<_> = counts.iter().filter(|(_, count)| **count > 1).collect();
+        assert!(repeated.is_empty(), "{name}: {repeated:?}");
+        let document = &harness.state().document;
+        let keys = keys(document.style());
+        let missing: Vec<&String> = keys
+            .iter()
+            .filter(|key| {
+                let Some(row) = document.row(key) else { return true };
+                let wanted = format!("{}: {}", section_of(key), row.label);
+                !labels.iter().any(|label| *label == wanted || label.starts_with(&format!("{wanted}, ")))
+            })
+            .collect();
+        assert!(missing.is_empty(), "{name}: without a widget: {missing:?}");
+        let distinct: BTreeSet<&String> = keys.iter().collect();
+        assert_eq!(distinct.len(), keys.len());
+        total += keys.len();
+    }
+    assert!(total > 27 * 40, "{total} parameters in all");
+}
+
+#[test]
+fn a_number_is_typed_and_undone() {
+    let mut harness = open("crosshatch");
+    harness.get_by_label("Strokes: Width, number").click();
+    harness.run();
+    harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+    harness.get_by_label("Strokes: Width, number").type_text("4.5");
+    harness.run();
+    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.2, "it is not complete");
+    harness.key_press(egui::Key::Enter);
+    harness.run();
+    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 4.5);
+    harness.get_by_label("Undo").click();
+    harness.run();
+    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.2);
+    assert_eq!(harness.state().said, ["Undone: Strokes: width 4.5 px"]);
+    harness.get_by_label("Redo").click();
+    harness.run();
+    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 4.5);
+}
+
+#[test]
+fn a_drag_of_a_slider_is_one_step() {
+    let mut harness = open("crosshatch");
+    let before = harness.state().document.text().to_owned();
+    let rect = harness.get_by_label("Light: Wrap").rect();
+    let at = |part: f32| egui::pos2(rect.left() + part * rect.width(), rect.center().y);
+    harness.drag_at(at(0.2));
+    harness.step();
+    for step in 3..9 {
+        harness.hover_at(at(step as f32 / 10.0));
+        harness.step();
+    }
+    let dragged = harness.state().document.style().light.wrap;
+    assert!((0.7..0.9).contains(&dragged), "{dragged}");
+    harness.drop_at(at(0.8));
+    harness.run();
+    assert!(harness.state().document.style().light.wrap == dragged);
+    harness.get_by_label("Undo").click();
+    harness.run();
+    assert_eq!(harness.state().document.text(), before);
+    assert_eq!(harness.state().document.step_names()[0], None);
+}
+
+#[test]
+fn backspace_restores_the_default() {
+    let mut harness = open("crosshatch");
+    harness.get_by_label("Light: Contrast").hover();
+    harness.run();
+    harness.key_press(egui::Key::Backspace);
+    harness.run();
+    assert_eq!(harness.state().document.style().light.contrast, 1.0);
+    // While a text is typed, Backspace deletes a letter.
+    harness.get_by_label("Style: Name").click();
+    harness.run();
+    harness.key_press(egui::Key::End);
+    harness.key_press(egui::Key::Backspace);
+    harness.key_press(egui::Key::Enter);
+    harness.run();
+    assert_eq!(harness.state().document.style().name, "crosshatc");
+    assert_eq!(harness.state().document.style().light.contrast, 1.0);
+}
+
+#[test]
+fn the_menu_of_a_widget_pastes() {
+    let mut harness = open("crosshatch");
+    harness.get_by_label("Light: Wrap").click_secondary();
+    harness.run();
+    harness.get_by_label("Paste value").click();
+    harness.run();
+    assert_eq!(harness.state().document.style().light.wrap, 0.25);
+}
+
+#[test]
+fn a_search_shows_what_it_finds() {
+    let mut harness = open("crosshatch");
+    harness.get_by_label("Search parameters").click();
+    harness.run();
+    harness.get_by_label("Search parameters").type_text("shadow");
+    harness.run();
+    let labels: Vec<String> = widgets(&harness).into_iter().filter_map(|(_, label)| label).collect();
+    assert!(labels.iter().any(|label| label == "Light: Shadow"), "{labels:?}");
+    assert!(!labels.iter().any(|label| label.starts_with("Strokes: Width")), "{labels:?}");
+}
+
+#[test]
+fn layers_have_buttons() {
+    let mut harness = open("crosshatch");
+    harness.get_by_label("Hatching: Hide").click();
+    harness.run();
+    assert!(harness.state().document.drawn().hatching().is_none() && !harness.state().document.is_edited());
+    harness.get_by_label("Strokes: Lower").click();
+    harness.run();
+    let kinds = |harness: &Harness<'_, Bench>| -> Vec<&'static str> {
+        harness.state().document.style().layers.iter().map(crate::style::Layer::kind).collect()
+    };
+    assert_eq!(kinds(&harness), ["hatching", "water", "strokes", "rims"]);
+    harness.get_by_label("Water: Remove").click();
+    harness.run();
+    assert_eq!(kinds(&harness), ["hatching", "strokes", "rims"]);
+    harness.get_by_label("Add Focus").click();
+    harness.run();
+    assert!(harness.state().document.style().focus.is_some());
+    assert!(harness.state().said.is_empty(), "{:?}", harness.state().said);
+}
