@@ -134,8 +134,9 @@ impl Input {
             return forward(window, overlay, event);
         }
         let copies = code == KeyCode::KeyC && self.keys.control();
-        // The panel handles these where the mouse is over one of its widgets.
-        if copies || code == KeyCode::Backspace {
+        // Backspace restores the default of the parameter under the mouse, and Esc closes a list before it leaves.
+        let closes = code == KeyCode::Escape && self.look.is_none() && overlay.has_popup();
+        if copies || closes || code == KeyCode::Backspace {
             return forward(window, overlay, event);
         }
         if down && self.keys.control() {

@@ -70,7 +70,12 @@ impl Overlay {
     pub(super) fn wants_click(&self) -> bool {
         let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
         let is_over_panel = layer.is_some_and(|layer| layer.order != egui::Order::Background);
-        is_over_panel || self.wants_pointer() || egui::Popup::is_any_open(&self.context)
+        is_over_panel || self.wants_pointer() || self.has_popup()
+    }
+
+    /// Returns whether a list, a menu or a picker of the panel is open.
+    pub(super) fn has_popup(&self) -> bool {
+        egui::Popup::is_any_open(&self.context)
     }
 
     /// Returns whether the mouse belongs to the panel.

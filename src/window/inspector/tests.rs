@@ -80,6 +80,19 @@ fn section_of(key: &str) -> String {
     key.rsplit_once('.').map_or_else(|| "Style".to_owned(), |(section, _)| title(section))
 }
 
+/// Returns the keys of parameters that have no widget.
+fn missing(harness: &Harness<'_, Bench>) -> Vec<String> {
+    let widgets = widgets(harness);
+    let labels: Vec<&str> = widgets.iter().filter_map(|(_, label)| label.as_deref()).collect();
+    let document = &harness.state().document;
+    let is_missing = |key: &String| {
+        let Some(row) = document.row(key) else { return true };
+        let wanted = format!("{}: {}", section_of(key), row.label);
+        !labels.iter().any(|label| *label == wanted || label.starts_with(&format!("{wanted}, ")))
+    };
+    keys(document.style()).into_iter().filter(is_missing).collect()
+}
+
 #[test]
 fn every_parameter_of_every_preset_has_a_widget_with_a_name() {
     let mut total = 0;
@@ -95,17 +108,9 @@ fn every_parameter_of_every_preset_has_a_widget_with_a_name() {
         labels.iter().for_each(|label| *counts.entry(*label).or_insert(0) += 1);
         let repeated: Vec<_> = counts.iter().filter(|(_, count)| **count > 1).collect();
         assert!(repeated.is_empty(), "{name}: {repeated:?}");
-        let document = &harness.state().document;
-        let keys = keys(document.style());
-        let missing: Vec<&String> = keys
-            .iter()
-            .filter(|key| {
-                let Some(row) = document.row(key) else { return true };
-                let wanted = format!("{}: {}", section_of(key), row.label);
-                !labels.iter().any(|label| *label == wanted || label.starts_with(&format!("{wanted}, ")))
-            })
-            .collect();
+        let missing = missing(&harness);
         assert!(missing.is_empty(), "{name}: without a widget: {missing:?}");
+        let keys = keys(harness.state().document.style());
         let distinct: BTreeSet<&String> = keys.iter().collect();
         assert_eq!(distinct.len(), keys.len());
         total += keys.len();
@@ -195,6 +200,10 @@ fn a_search_shows_what_it_finds() {
     harness.run();
     let labels: Vec<String> = widgets(&harness).into_iter().filter_map(|(_, label)| label).collect();
     assert!(labels.iter().any(|label| label == "Light: Shadow"), "{labels:?}");
+    // The count of widgets notices what is left out.
+    let missing = missing(&harness);
+    assert!(missing.len() > 40 && missing.iter().any(|key| key == "light.wrap"), "{missing:?}");
+    assert!(!missing.iter().any(|key| key == "light.shadow"), "{missing:?}");
     assert!(!labels.iter().any(|label| label.starts_with("Strokes: Width")), "{labels:?}");
 }
 
