@@ -26,7 +26,7 @@ use super::progress::Bar;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
-use super::{inputs, print, print_json};
+use super::{inputs, path_world, print, print_json};
 use crate::file::message::named;
 use crate::file::unnamed;
 use crate::frame::Antialias;
@@ -128,6 +128,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     let path_text = arguments::camera_path(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = args.world.scene()?;
+    path_world::check_name(&args.path, args.world.name(), &scene.world)?;
     let mut inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
     let baseline = args.compare.as_deref().map(Baseline::read).transpose()?;
     for path in args.compare.iter().flat_map(|path| [path.clone(), path.with_file_name("frames.csv")]) {
@@ -145,6 +146,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
     runs[0].world.ground_was_read()?;
+    path_world::check_places(&args.path, &path_text, &runs[0].world)?;
     if let Some(first) = path.frames(1.0).next() {
         runs.iter_mut().for_each(|run| args.world.light.place_sun(&mut run.world.scene.sun, &first));
     }
@@ -207,6 +209,7 @@ fn settings(args: &BenchArgs, path: &CameraPath, path_text: &str) -> Settings {
         real_time: args.real_time,
         lod_error_px: args.lod_error,
         tile_memory_mib: args.tile_memory,
+        exaggeration: args.world.exaggeration,
     }
 }
 

@@ -7,11 +7,11 @@ use glam::DVec2;
 use serde::Serialize;
 
 use crate::pyramid::format::{LevelSummary, sidecar_path};
-use crate::pyramid::store::{DataArea, data_bounds};
+use crate::pyramid::store::{DataArea, HighestSample, data_bounds, highest_sample};
 use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, TileAddress, is_void};
 use crate::pyramid::{LevelSize, Pyramid, TileStore};
 use crate::source::georeference::Georeference;
-use crate::source::lon_lat::ToWgs84;
+use crate::source::lon_lat::GridOnWgs84;
 use crate::source::{GeoreferenceError, GroundScale, HeightReader, ScaleRange, Statistics, WorldMapping};
 
 /// Lowest and highest heights on the Earth, in metres, with some room.
@@ -56,6 +56,40 @@ pub(super) struct Heights {
     pub bounds_deg: Option<[f64; 4]>,
     /// The origin of the world in the coordinate reference system of the file.
     pub origin_crs: [f64; 2],
+    /// The highest point; absent if it is not known.
+    pub highest: Option<HighestPoint>,
+}
+
+/// The highest point of a grid of heights.
+#[derive(Serialize)]
+pub(super) struct HighestPoint {
+    /// Height in metres; of several such samples, one of the northernmost.
+    pub height_m: f32,
+    /// Whether no other sample can be higher; on a server, coarse tiles may hide one.
+    pub is_exact: bool,
+    /// East and north of the centre of the world, as cameras count, in metres.
+    pub world_m: [f64; 2],
+    /// Position in the coordinate reference system of the file, in its units.
+    pub crs: [f64; 2],
+    /// Latitude and longitude in WGS 84, in degrees; absent if the projection is unknown.
+    pub latitude_longitude_deg: Option<[f64; 2]>,
+}
+
+impl HighestPoint {
+    fn text(&self) -> String {
+        let Self { height_m, is_exact, world_m: [east_m, north_m], crs: [x, y], latitude_longitude_deg } = self;
+        let about = if *is_exact { "" } else { "about " };
+        let place = match latitude_longitude_deg {
+            Some([latitude, longitude]) => format!("latitude, longitude {latitude:.5},{longitude:.5}"),
+            None => "no latitude and longitude".to_owned(),
+        };
+        // Degrees need more digits than metres.
+        let digits = if x.abs().max(y.abs()) <= 360.0 && latitude_longitude_deg.is_some() { 6 } else { 1 };
+        format!(
+            "highest   {about}{height_m:.2} m at {place}; coordinates {x:.digits$}, {y:.digits$}; {east_m:.1} m east, \
+             {north_m:.1} m north of the centre\n"
+        )
+    }
 }
 
 /// Properties of a pyramid in addition to those of its heights.
@@ -96,10 +130,13 @@ impl Heights {
     /// Describes the grid of a reader, given the statistics of its heights.
     pub(super) fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
         let [width, height] = reader.size();
-        let Statistics { min_m, max_m, void_samples, bounds, filled, filled_m } = statistics;
+        let Statistics { min_m, max_m, highest, void_samples, bounds, filled, filled_m } = statistics;
         let size = LevelSize { width, height };
         let data = bounds.filter(|_| void_samples > 0);
-        let heights = Self::new(reader.georeference(), size, [min_m, max_m], void_samples, data)?;
+        let mut heights = Self::new(reader.georeference(), size, [min_m, max_m], void_samples, data)?;
+        if let Some(sample) = highest {
+            heights.highest = highest_point(reader.georeference(), size, sample, max_m, true);
+        }
         Ok(Self { filled_samples: filled.voids, spike_samples: filled.spikes, filled_range_m: filled_m, ..heights })
     }
 
@@ -110,7 +147,8 @@ impl Heights {
             0 => None,
             _ => data_bounds(&(Arc::clone(pyramid) as Arc<dyn TileStore>))?,
         };
-        Ok(Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples(), data)?)
+        let heights = Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples(), data)?;
+        Ok(Self { highest: highest_of(&(Arc::clone(pyramid) as Arc<dyn TileStore>))?, ..heights })
     }
 
     /// Describes a store from a few of its tiles; heights are bounds.
@@ -130,7 +168,7 @@ impl Heights {
         });
         let heights = Self::new(store.georeference(), finest, store.range_m(), 0, data)?;
         let void_share = voids as f64 / (f64::from(size.width) * f64::from(size.height));
-        Ok(Self { void_samples: None, void_share, ..heights })
+        Ok(Self { void_samples: None, void_share, highest: highest_of(store)?, ..heights })
     }
 
     fn new(
@@ -142,6 +180,7 @@ impl Heights {
     ) -> Result<Self, GeoreferenceError> {
         let LevelSize { width, height } = size;
         let mapping = WorldMapping::new(georeference, width, height)?;
+        let on_wgs84 = GridOnWgs84::new(georeference, [width, height]).ok();
         let last = DVec2::new(f64::from(width - 1), f64::from(height - 1));
         let place = |grid: DVec2| mapping.world_from_grid(grid.x, grid.y);
         let middle = last * 0.5;
@@ -171,8 +210,9 @@ impl Heights {
             filled_samples: 0,
             spike_samples: 0,
             filled_range_m: None,
-            bounds_deg: bounds_deg(georeference, &mapping, size),
+            bounds_deg: on_wgs84.as_ref().and_then(GridOnWgs84::bounds_deg),
             origin_crs: mapping.origin_crs().to_array(),
+            highest: None,
         })
     }
 
@@ -235,7 +275,7 @@ impl Heights {
              extent    {:.3} × {:.3} km\n\
              place     {}\n{}\
              scale     {}\n\
-             heights   {:.2} to {:.2} m{}\n\
+             heights   {:.2} to {:.2} m{}\n{}\
              no-data   {voids}\n{data}",
             east_m / 1000.0,
             north_m / 1000.0,
@@ -245,38 +285,38 @@ impl Heights {
             self.min_m,
             self.max_m,
             filled.unwrap_or_default(),
+            self.highest.as_ref().map(HighestPoint::text).unwrap_or_default(),
         )
     }
 }
 
-/// Number of intervals along each side of a grid at which its longitudes and latitudes are computed.
-const SIDE_STEPS: u32 = 16;
+/// Returns the highest point of a store; exact if the statistics of its tiles were measured and it has few equal tops.
+fn highest_of(store: &Arc<dyn TileStore>) -> anyhow::Result<Option<HighestPoint>> {
+    let found = highest_sample(store)?;
+    let size = store.levels()[0];
+    Ok(found.and_then(|HighestSample { sample, height_m, is_exact }| {
+        highest_point(store.georeference(), size, sample, height_m, is_exact)
+    }))
+}
 
-/// Returns west, south, east and north of a grid in degrees; `None` if a place on its sides has no longitude.
-fn bounds_deg(georeference: &Georeference, mapping: &WorldMapping, size: LevelSize) -> Option<[f64; 4]> {
-    let to = ToWgs84::new(georeference).ok()?;
-    let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
-    let place = |grid: DVec2| to.degrees(mapping.crs_from_world(mapping.world_from_grid(grid.x, grid.y)));
-    let middle = place(0.5 * last);
-    let sides = (0..=SIDE_STEPS).flat_map(|step| {
-        let part = f64::from(step) / f64::from(SIDE_STEPS);
-        [[part, 0.0], [part, 1.0], [0.0, part], [1.0, part]].map(|at| DVec2::from_array(at) * last)
-    });
-    let (mut low, mut high) = (middle, middle);
-    for grid in sides {
-        let mut at = place(grid);
-        // A side of a globe is half a turn from its middle: rounding must not take it to the other side.
-        let beyond = at.x - middle.x;
-        at.x -= if beyond.abs() > 180.0 + 1e-6 { 360.0 * (beyond / 360.0).round() } else { 0.0 };
-        (low, high) = (low.min(at), high.max(at));
-    }
-    if !(low.is_finite() && high.is_finite()) {
-        return None;
-    }
-    let wrapped =
-        |degrees: f64| if degrees.abs() <= 180.0 { degrees } else { (degrees + 180.0).rem_euclid(360.0) - 180.0 };
-    let [west, east] = if high.x - low.x >= 360.0 { [-180.0, 180.0] } else { [wrapped(low.x), wrapped(high.x)] };
-    Some([west, low.y.max(-90.0), east, high.y.min(90.0)])
+/// Returns the position of a sample; `None` if the georeference is invalid.
+fn highest_point(
+    georeference: &Georeference,
+    LevelSize { width, height }: LevelSize,
+    [column, row]: [u32; 2],
+    height_m: f32,
+    is_exact: bool,
+) -> Option<HighestPoint> {
+    let mapping = WorldMapping::new(georeference, width, height).ok()?;
+    let world_m = mapping.world_from_grid(f64::from(column), f64::from(row));
+    let degrees = GridOnWgs84::new(georeference, [width, height]).ok().and_then(|grid| grid.degrees(world_m));
+    Some(HighestPoint {
+        height_m,
+        is_exact,
+        world_m: world_m.to_array(),
+        crs: mapping.crs_from_world(world_m).to_array(),
+        latitude_longitude_deg: degrees.map(|degrees| [degrees.y, degrees.x]),
+    })
 }
 
 impl Levels {

@@ -10,6 +10,7 @@ mod opened;
 use clap::Args;
 
 use super::arguments;
+use super::place_args::LookArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
@@ -29,9 +30,12 @@ pub(crate) struct FlyArgs {
     pub style: String,
     /// Camera at the start: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in
     /// metres, or +h above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical
-    /// field of view in degrees
+    /// field of view in degrees [default: the scene's, or a view of the most prominent summit]
     #[arg(long, allow_hyphen_values = true)]
     pub camera: Option<Camera>,
+    /// The place that the camera looks at in the beginning.
+    #[command(flatten)]
+    pub look: LookArgs,
     /// Size of the window in pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],

@@ -25,6 +25,8 @@ use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
 use super::arguments;
 use super::misuse::Misuse;
+use super::path_world;
+use super::place_args::{LookArgs, MapPlaceArgs};
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
@@ -41,6 +43,7 @@ use crate::picture::{PartRule, PictureReport};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
 use crate::scene::map::{Map, MapArea};
+use crate::scene::path::CameraPath;
 use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
@@ -76,13 +79,19 @@ pub(crate) struct RenderArgs {
     pub dpi: Option<f64>,
     /// Camera: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in metres, or +h
     /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of
-    /// view in degrees [default: the scene's]
+    /// view in degrees [default: the scene's, or a view of the most prominent summit]
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
+    /// The place that the camera looks at.
+    #[command(flatten)]
+    pub look: LookArgs,
     /// Draw a georeferenced map from straight above, north up: its centre in metres east and north of the centre of the
-    /// world, and its width in metres; without a value, all of the land
+    /// world, and its width in metres; without a value, all of the land, or the land around --at
     #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
     pub map: Option<MapArea>,
+    /// The place on which a map is centred.
+    #[command(flatten)]
+    pub map_place: MapPlaceArgs,
     /// GeoJSON: longitudes and latitudes in WGS 84, as RFC 7946 requires, instead of the reference system of the DEM
     #[arg(long)]
     pub wgs84: bool,
@@ -258,6 +267,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let (args, liked) = like::resolved(&args, &kind)?;
     let args = &args;
     map::check(args, &kind)?;
+    check_look(args)?;
     check_path(args, &kind)?;
     frames::check(args, &kind)?;
     show::check(args, &kind)?;
@@ -300,12 +310,16 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     // Read only once: it may be a pipe.
     let flight = args.path.as_deref().map(arguments::camera_path).transpose()?;
     if let (Some(name), Some(flight)) = (&args.path, &flight) {
+        path_world::check_name(name, args.world.name(), &scene.world)?;
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default()).map_err(|error| or_like(args, error));
     let store = liked.names.world(store)?;
     map::check_place(args, &kind, store.georeference())?;
+    let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
+    let around = map::around_place(args, &*store)?;
+    let args = around.as_ref().unwrap_or(args);
     let gpu = Gpu::open(adapter)?;
     world::store_pipelines(&gpu);
     let options = TerrainOptions {
@@ -315,6 +329,9 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         ..TerrainOptions::default()
     };
     let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
+    let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, aspect(args))).transpose()?;
+    let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
+    let args = looking.as_ref().unwrap_or(args);
     let on_the_earth = map::on_the_earth(args, &kind, &world, titled.paper.foot_px)?;
     let args = on_the_earth.as_ref().unwrap_or(args);
     let drawn = DrawingReport::default();
@@ -324,7 +341,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px()),
         None => titled,
     };
-    let camera = map.as_ref().map_or_else(|| world.default_camera(), |map| Map::camera(&map.pose));
+    let camera = map.as_ref().map_or_else(|| start_camera(args, &world), |map| Map::camera(&map.pose));
     let imprint = like::imprint(args, &kind, &as_written, &camera);
     let mut job = Job {
         args,
@@ -343,6 +360,9 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         camera,
         imprint,
     };
+    if let (Some(name), Some(flight)) = (&args.path, &job.flight) {
+        path_world::check_places(name, flight, &job.world)?;
+    }
     let cameras = job.cameras()?;
     args.world.light.place_sun(&mut job.world.scene.sun, &cameras[0]);
     job.imprint.sun = job.world.scene.sun;
@@ -377,6 +397,35 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn, is_on_earth)).into_iter();
     summaries.chain(job.sheets.as_ref().map(|cut| sheets::summary(args, cut))).try_for_each(|line| print(&line))
+}
+
+/// Returns the width of the picture over its height.
+fn aspect(args: &RenderArgs) -> f64 {
+    let [width, height] = args.size();
+    f64::from(width) / f64::from(height)
+}
+
+/// Returns the camera of `--camera`, or else the start view; for a path, whose cameras replace it, any.
+fn start_camera(args: &RenderArgs, world: &OpenWorld) -> Camera {
+    match args.path {
+        Some(_) => CameraPath::ORIGIN,
+        None => args.camera.unwrap_or_else(|| world.start_camera(aspect(args))),
+    }
+}
+
+/// Checks that `--look-at` is for a single picture in perspective, and that only a map without an area has a place.
+fn check_look(args: &RenderArgs) -> Result<(), Misuse> {
+    let wrong = |option: &str, why: &str| Err(Misuse(format!("{option}: {why}")));
+    match (args.look.look_at, args.map_place.at) {
+        (Some(_), _) if args.path.is_some() => wrong("--look-at", "cannot be combined with --path, which has cameras"),
+        (Some(_), _) if args.map.is_some() => {
+            wrong("--look-at", "cannot be combined with --map; use --map --at LAT,LON")
+        }
+        (_, Some(_)) if matches!(args.map, Some(MapArea::Around { .. })) => {
+            wrong("--at", "cannot be combined with --map=EAST,NORTH,WIDTH; use --map --at LAT,LON --map-width METRES")
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.

@@ -6,8 +6,8 @@ use super::arguments;
 use super::height_args::HeightArgs;
 use super::light_args::LightArgs;
 use super::water_args::WaterArgs;
-use crate::scene::Scene;
 use crate::scene::reach::Reach;
+use crate::scene::{Scene, ranges};
 use crate::world;
 
 /// The world that is drawn.
@@ -26,6 +26,10 @@ pub(crate) struct WorldArgs {
     /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
+    /// Factor on all heights, about sea level (0 m), so that gentle land shows its form; contour lines of height keep
+    /// their true heights [default: the scene's, or 1]
+    #[arg(long, value_name = "FACTOR", value_parser = arguments::within(ranges::EXAGGERATION), allow_hyphen_values = true)]
+    pub exaggeration: Option<f64>,
     /// Allow a scene file to name URLs and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
@@ -54,6 +58,8 @@ impl WorldArgs {
     /// Fails if the scene file cannot be read or is invalid.
     pub(crate) fn scene(&self) -> anyhow::Result<Scene> {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
-        Ok(self.water.over(self.light.over(self.heights.over(scene))))
+        let mut scene = self.water.over(self.light.over(self.heights.over(scene)));
+        scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
+        Ok(scene)
     }
 }

@@ -34,7 +34,7 @@ pub(super) fn draw(
     at_eye: &EyeInputs<'_>,
     targets: &mut Targets,
 ) -> Option<Target> {
-    let pass = layer.behaviour().pass(inputs.rig.origin_m)?;
+    let pass = layer.behaviour().pass(inputs.rig.origin_m, inputs.world.exaggeration())?;
     let ink = targets.numbered(recorder.gpu(), pass.ink, number);
     let mut resources: Vec<Named> = vec![
         ("view", at_eye.view.clone()),

@@ -32,6 +32,9 @@ pub(crate) struct Settings {
     pub lod_error_px: f64,
     /// Memory for heights on the GPU for each style, in MiB (`--tile-memory`).
     pub tile_memory_mib: u64,
+    /// Factor on heights (`--exaggeration`); null without the option.
+    #[serde(default)]
+    pub exaggeration: Option<f64>,
 }
 
 impl Settings {
@@ -68,6 +71,10 @@ impl Settings {
         if old.tile_memory_mib != self.tile_memory_mib {
             conflicts.push(option("--tile-memory", &old.tile_memory_mib, &self.tile_memory_mib));
         }
+        if old.exaggeration != self.exaggeration {
+            let factor = |factor: Option<f64>| factor.map_or_else(|| "none".to_owned(), |factor| factor.to_string());
+            conflicts.push(option("--exaggeration", &factor(old.exaggeration), &factor(self.exaggeration)));
+        }
         conflicts
     }
 
@@ -91,9 +98,10 @@ impl Settings {
         let world = self.world.as_deref().unwrap_or(BUILT_IN);
         let frames = self.frames.map_or_else(|| "in real time".to_owned(), |frames| format!("{frames} frames"));
         let Self { path, duration_s, lod_error_px, tile_memory_mib, .. } = self;
+        let higher = self.exaggeration.map(|factor| format!(", heights × {factor}")).unwrap_or_default();
         format!(
             "{}: {world} along {path} ({duration_s} s), {frames}, with an allowed error of {lod_error_px} px and \
-             {tile_memory_mib} MiB for tiles",
+             {tile_memory_mib} MiB for tiles{higher}",
             self.program()
         )
     }
@@ -156,6 +164,8 @@ mod tests {
         let real_time = conflicts(&|old| (old.frames, old.real_time) = (None, true));
         assert!(real_time.contains("with --real-time, this one with a fixed number"), "{real_time}");
         assert!(conflicts(&|old| old.lod_error_px = 4.0).contains("with --lod-error 4, this one with --lod-error 1"));
+        let higher = conflicts(&|old| old.exaggeration = Some(2.5));
+        assert!(higher.contains("with --exaggeration 2.5, this one with --exaggeration none"), "{higher}");
         assert!(
             conflicts(&|old| old.tile_memory_mib = 64).contains("--tile-memory 64, this one with --tile-memory 512")
         );
@@ -184,6 +194,8 @@ mod tests {
         let sentence = "hachure 1.0.0 (program 01234567): the built-in world along tour (30 s), 24 frames, with an allowed \
                         error of 1 px and 512 MiB for tiles";
         assert_eq!(settings().sentence(), sentence);
+        let high = Settings { exaggeration: Some(2.0), ..settings() };
+        assert!(high.sentence().ends_with("for tiles, heights × 2"), "{}", high.sentence());
         let real_time = Settings { frames: None, real_time: true, world: Some("a.tif".to_owned()), ..settings() };
         assert!(real_time.sentence().contains("a.tif along tour (30 s), in real time, "), "{}", real_time.sentence());
     }

@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
-use super::Scene;
 use super::scene_file::SceneError;
+use super::{Scene, World};
 use crate::mesh::{Mesh, MeshError, obj};
 use crate::source::Progress;
+use crate::source::continent::SPACING_M;
 
 /// A built-in scene.
 #[derive(Debug, PartialEq)]
@@ -48,6 +49,35 @@ pub(crate) fn scene(world: &str) -> Option<&'static EmbeddedScene> {
 pub(crate) fn path(name: &Path) -> Option<&'static str> {
     let (_, text) = PATHS.iter().find(|(known, _)| Path::new(known) == name)?;
     is_free(name).then_some(text)
+}
+
+/// The worlds for which a built-in path is made.
+pub(crate) struct PathWorld {
+    /// The worlds in words, for messages.
+    pub words: &'static str,
+    is_continent: bool,
+}
+
+impl PathWorld {
+    /// Returns whether the path is made for a world.
+    pub(crate) fn is(&self, world: &World) -> bool {
+        match world {
+            World::Procedural { seed: 1 } => !self.is_continent,
+            World::Continent { seed: 1, spacing_m, .. } => self.is_continent && *spacing_m == SPACING_M,
+            _ => false,
+        }
+    }
+}
+
+/// Returns for which world a built-in path is made; `None` if a file has its name, or if there is none of this name.
+pub(crate) fn path_world(name: &Path) -> Option<PathWorld> {
+    path(name)?;
+    let is_continent = ["teleport", "valley"].iter().any(|known| Path::new(known) == name);
+    let words = match is_continent {
+        true => "the built-in scene continent",
+        false => "the built-in world and its scenes forest and hut",
+    };
+    Some(PathWorld { words, is_continent })
 }
 
 fn is_free(name: &Path) -> bool {

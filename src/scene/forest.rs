@@ -111,9 +111,32 @@ impl Forest {
         self.tree_line_m < HIGHEST_M
     }
 
+    /// Returns the forest whose trees have the same places on land that is `factor` times as high. Trees themselves are
+    /// not exaggerated.
+    #[must_use]
+    pub(crate) fn exaggerated(&self, factor: f64) -> Self {
+        let mut forest = self.clone();
+        forest.tree_line_m *= factor;
+        forest.raggedness_m *= factor;
+        forest.steepest_deg = exaggerated_slope_deg(forest.steepest_deg, factor);
+        for species in &mut forest.species {
+            species.heights_m = species.heights_m.map(|height_m| height_m * factor);
+        }
+        forest
+    }
+
     /// Returns the mean height of the tallest species, in metres.
     pub(crate) fn height_m(&self) -> f64 {
         self.species.iter().map(|species| species.height_m).fold(0.0, f64::max)
+    }
+}
+
+/// Returns the slope, in degrees, that land of a slope has when it is drawn `factor` times as high.
+pub(crate) fn exaggerated_slope_deg(slope_deg: f64, factor: f64) -> f64 {
+    match slope_deg {
+        // The tangent of a right angle is no number, and a factor of 1 changes no bit.
+        slope_deg if slope_deg >= 90.0 || factor == 1.0 => slope_deg,
+        slope_deg => (slope_deg.to_radians().tan() * factor).atan().to_degrees(),
     }
 }
 

@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 
 use super::camera::{Camera, FOV_RANGE_DEG, LARGEST_COORDINATE_M};
 use super::view::Pose;
-use super::{Haze, Scene};
+use super::{Haze, Scene, ranges};
 
 /// Largest shift by relief of a point in a corner of the picture, in pixels.
 pub(crate) const SHIFT_PX: f64 = 0.25;
@@ -22,8 +22,6 @@ const STANDING_M: f64 = 50.0;
 const FREE_PART: f64 = 0.01;
 /// Haze distance that has no visible effect, in metres.
 const NO_HAZE_M: f64 = 1e20;
-/// Smallest and largest width of a map, in metres.
-const WIDTH_RANGE_M: [f64; 2] = [1e-3, LARGEST_COORDINATE_M];
 
 /// The area that a map shows.
 ///
@@ -57,9 +55,8 @@ impl FromStr for MapArea {
         if ![east_m, north_m].iter().all(|place_m| place_m.abs() <= LARGEST_COORDINATE_M) {
             return Err(format!("the map's centre must be within {LARGEST_COORDINATE_M} m of the world's origin"));
         }
-        let [min_m, max_m] = WIDTH_RANGE_M;
-        if !(min_m..=max_m).contains(&width_m) {
-            return Err(format!("the map's width must be between {min_m} and {max_m} m"));
+        if !ranges::MAP_WIDTH_M.holds(width_m) {
+            return Err(ranges::MAP_WIDTH_M.rule().replacen("it", "the map's width in metres", 1));
         }
         Ok(Self::Around { centre_m: DVec2::new(east_m, north_m), width_m })
     }

@@ -8,6 +8,7 @@ use glam::DVec3;
 use serde::Deserialize;
 
 use super::camera::LARGEST_COORDINATE_M;
+use super::forest::exaggerated_slope_deg;
 use super::scene_file::UpToml;
 use crate::file::message::quoted;
 use crate::mesh::placed::MAX_INSTANCES;
@@ -80,6 +81,16 @@ pub enum Density {
 impl Scatter {
     /// Largest number of points at which one rule may sample the terrain.
     pub(crate) const MAX_POINTS: u64 = 1 << 22;
+
+    /// Returns the rule that places copies where this one does, on land that is `factor` times as high.
+    #[must_use]
+    pub(crate) fn exaggerated(&self, factor: f64) -> Self {
+        Self {
+            heights_m: self.heights_m.map(|height_m| height_m * factor),
+            steepest_deg: self.steepest_deg.map(|slope_deg| exaggerated_slope_deg(slope_deg, factor)),
+            ..self.clone()
+        }
+    }
 
     /// Returns the area within the limits, in hectares.
     pub(crate) fn area_ha(&self) -> f64 {

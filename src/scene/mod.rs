@@ -8,6 +8,7 @@ pub(crate) mod focus;
 pub mod forest;
 pub(crate) mod forest_cover;
 pub(crate) mod frustum;
+pub mod look;
 pub mod map;
 pub(crate) mod mesh_list;
 pub(crate) mod meshes;

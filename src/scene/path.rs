@@ -80,6 +80,14 @@ struct Row {
     camera: Camera,
 }
 
+/// A camera of a path's file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Key {
+    /// Line number, counted from 1 with the header.
+    pub line: u64,
+    pub camera: Camera,
+}
+
 impl CameraPath {
     /// Reads a path whose z values are either all in the world's frame or all above the ground (`+h`). In the second
     /// case the sampled cameras are above the ground as well, so the flight follows the terrain.
@@ -129,6 +137,18 @@ impl CameraPath {
             row.camera = row.camera.on_ground(&ground_m);
         }
         Ok(Self::through(&rows))
+    }
+
+    /// A camera at the origin, in place of the cameras of a path that are not known yet.
+    pub(crate) const ORIGIN: Camera =
+        Camera { position_m: DVec3::ZERO, height_above_ground: false, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 50.0 };
+
+    /// Returns the cameras of all rows as they are written.
+    ///
+    /// # Errors
+    /// The same as [`CameraPath::read_on_ground`].
+    pub(crate) fn keys(name: &Path, text: impl Read) -> Result<Vec<Key>, PathError> {
+        Ok(rows(name, text)?.into_iter().map(|Row { line, camera, .. }| Key { line, camera }).collect())
     }
 
     /// Returns the text of a file, or of a built-in path, for callers that parse it twice: a pipe can be read only

@@ -111,6 +111,12 @@ pub(crate) const PENS: NumberRange = NumberRange::Whole(1, MAX_PENS);
 pub(crate) const MAX_PENS: u64 = 3;
 /// Azimuth of the sun, in degrees.
 pub(crate) const AZIMUTH_DEG: NumberRange = NumberRange::Within(-360.0, 360.0);
+/// Width of a map, in metres.
+pub(crate) const MAP_WIDTH_M: NumberRange = NumberRange::Within(1e-3, super::camera::LARGEST_COORDINATE_M);
+/// Distance on the map from which a place is looked at, in metres.
+pub(crate) const STAND_DISTANCE_M: NumberRange = NumberRange::Within(0.01, 1e7);
+/// Factor on all heights.
+pub(crate) const EXAGGERATION: NumberRange = NumberRange::Above0To(1000.0);
 /// Elevation of the sun, in degrees.
 pub(crate) const ELEVATION_DEG: NumberRange = NumberRange::Within(-90.0, 90.0);
 
@@ -137,6 +143,9 @@ mod tests {
             MARGIN_MM,
             PENS,
             AZIMUTH_DEG,
+            MAP_WIDTH_M,
+            STAND_DISTANCE_M,
+            EXAGGERATION,
             ELEVATION_DEG,
         ];
         for range in ranges {

@@ -367,7 +367,7 @@ impl Scene {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }
         if let Some(factor) = file.vertical_exaggeration {
-            if !(factor > 0.0 && factor <= 1000.0) {
+            if !ranges::EXAGGERATION.holds(factor) {
                 return Err(wrong("vertical_exaggeration", "it must be more than 0 and at most 1000"));
             }
             scene.vertical_exaggeration = factor;

@@ -22,6 +22,8 @@ pub struct Statistics {
     pub min_m: f32,
     /// The highest height in metres.
     pub max_m: f32,
+    /// Column and row of the highest sample; of several, the first one of the first row.
+    pub highest: Option<[u32; 2]>,
     /// Samples without a height.
     pub void_samples: u64,
     /// First column and row with a height, and the last.
@@ -38,6 +40,7 @@ impl Statistics {
     const NONE: Self = Self {
         min_m: f32::NAN,
         max_m: f32::NAN,
+        highest: None,
         void_samples: 0,
         bounds: None,
         filled: FilledSamples { voids: 0, spikes: 0 },
@@ -56,6 +59,11 @@ impl Statistics {
             let ends = heights_m.iter().position(is_height).zip(heights_m.iter().rposition(is_height));
             let of_row = ends.map(|(first, last)| [[window.x + first as u32, row], [window.x + last as u32, row]]);
             found.bounds = joined(found.bounds, of_row);
+            if found.highest.is_none()
+                && let Some(column) = heights_m.iter().position(|height_m| *height_m == found.max_m)
+            {
+                found.highest = Some([window.x + column as u32, row]);
+            }
         }
         found
     }
@@ -65,19 +73,29 @@ impl Statistics {
             return Self { void_samples: samples(window), ..Self::NONE };
         }
         let last = [window.x + window.width - 1, window.y + window.height - 1];
-        Self { min_m: height_m, max_m: height_m, bounds: Some([[window.x, window.y], last]), ..Self::NONE }
+        let first = [window.x, window.y];
+        Self { min_m: height_m, max_m: height_m, highest: Some(first), bounds: Some([first, last]), ..Self::NONE }
     }
 
     fn with(self, other: Self) -> Self {
         Self {
             min_m: self.min_m.min(other.min_m),
             max_m: self.max_m.max(other.max_m),
+            highest: higher(&self, &other),
             void_samples: self.void_samples + other.void_samples,
             bounds: joined(self.bounds, other.bounds),
             filled: self.filled,
             filled_m: self.filled_m,
         }
     }
+}
+
+/// Returns the place of the higher one of the highest samples of two windows.
+fn higher(a: &Statistics, b: &Statistics) -> Option<[u32; 2]> {
+    let (Some(of_a), Some(of_b)) = (a.highest, b.highest) else { return a.highest.or(b.highest) };
+    let is_first = [of_a[1], of_a[0]] <= [of_b[1], of_b[0]];
+    let is_a = a.max_m > b.max_m || (a.max_m == b.max_m && is_first);
+    Some(if is_a { of_a } else { of_b })
 }
 
 /// Returns the bounds of two areas.

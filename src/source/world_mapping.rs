@@ -138,6 +138,22 @@ impl WorldMapping {
         self.centre_crs + self.offset_from_world(world_m)
     }
 
+    /// Returns the world position in metres of coordinates in the file's CRS and its units: the inverse of
+    /// [`WorldMapping::crs_from_world`]. Coordinates that differ by a turn around the earth are the same.
+    #[must_use]
+    pub(crate) fn world_from_crs(&self, crs: DVec2) -> DVec2 {
+        let mut offset = crs - self.centre_crs;
+        let turn = match &self.earth {
+            Some(Earth::Degrees { radians_per_unit, .. }) => Some(std::f64::consts::TAU / radians_per_unit),
+            Some(Earth::Projected { turn_crs, .. }) => *turn_crs,
+            None => None,
+        };
+        if let Some(turn) = turn {
+            offset.x -= turn * (offset.x / turn).round();
+        }
+        self.world_from_offset(offset)
+    }
+
     /// Returns the world's origin in the file's CRS and its units.
     #[must_use]
     pub fn origin_crs(&self) -> DVec2 {

@@ -74,6 +74,7 @@ mod shared_structs;
 mod sky;
 mod source;
 mod source_place;
+mod start_view;
 mod streaming;
 mod stroke_texture;
 mod strokes;

@@ -94,6 +94,7 @@ fn stances(
             let name = placement.file.file_name().unwrap_or_default().to_string_lossy();
             let ground_m = |at_m: DVec2| terrain.height_m(at_m);
             let points = points.get_or_insert_with(Points::new);
+            let scatter = &scatter.exaggerated(world.scene.vertical_exaggeration);
             let found = scattered(scatter, &name, points, terrain.grid_projection().spacing_m(), &ground_m);
             if let Density::Count(count) = scatter.density
                 && found.len() < count as usize

@@ -2,12 +2,12 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] creates them from a scene file, a DEM, a pyramid, or an address.
 
-mod default_camera;
 pub(crate) mod given_water;
 mod map;
 mod meshes;
 pub(crate) mod open;
 pub(crate) mod scattered;
+mod start_view;
 mod tree_models;
 
 use std::sync::Arc;
@@ -43,6 +43,7 @@ pub struct Surfaces {
     tree_detail: f64,
     wind: Option<Wind>,
     sea_level_m: Option<f64>,
+    exaggeration: f64,
     given_water: Option<Arc<GivenWater>>,
 }
 
@@ -58,6 +59,7 @@ impl From<Terrain> for Surfaces {
             tree_detail: 1.0,
             wind: None,
             sea_level_m: None,
+            exaggeration: 1.0,
             given_water: None,
         }
     }
@@ -122,6 +124,16 @@ impl Surfaces {
     /// Changes the sea level, or removes the sea.
     pub fn set_sea_level(&mut self, sea_level_m: Option<f64>) {
         self.sea_level_m = sea_level_m;
+    }
+
+    /// Returns the factor by which the heights of the land are multiplied; 1 is true to scale.
+    pub(crate) fn exaggeration(&self) -> f64 {
+        self.exaggeration
+    }
+
+    /// Sets [`Surfaces::exaggeration`] to that of the store of the terrain's tiles.
+    pub(crate) fn set_exaggeration(&mut self, factor: f64) {
+        self.exaggeration = factor;
     }
 
     /// Returns the water given in addition to that which heights show, if there is any.

@@ -336,9 +336,10 @@ impl OpenWorld {
         world.surfaces.set_forest_cover(cover.map(Arc::new));
         let models = tree_models::read(&world.scene, progress);
         world.surfaces.set_tree_models(models.map_err(|error| WorldError::TreeModel(error).of(&world.scene))?);
-        world.surfaces.set_forest(world.scene.forest.clone());
-        world.surfaces.set_wind(world.scene.wind);
         let factor = world.scene.vertical_exaggeration;
+        world.surfaces.set_exaggeration(factor);
+        world.surfaces.set_forest(world.scene.forest.as_ref().map(|forest| forest.exaggerated(factor)));
+        world.surfaces.set_wind(world.scene.wind);
         world.surfaces.set_sea_level(world.scene.sea_level_m.map(|level_m| level_m * factor));
         let water = world.given_water().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_given_water(water.map(Arc::new));

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::FlyArgs;
 use crate::commands::progress::Bar;
 use crate::gpu::Gpu;
@@ -15,6 +17,8 @@ use crate::world::{self, OpenWorld};
 pub(super) struct OpenedWorld {
     scene: Scene,
     store: Arc<dyn TileStore>,
+    /// The place to look at: east and north in metres.
+    looked_at_m: Option<DVec2>,
 }
 
 impl OpenedWorld {
@@ -22,7 +26,8 @@ impl OpenedWorld {
     pub(super) fn new(args: &FlyArgs) -> anyhow::Result<Self> {
         let scene = args.world.scene()?;
         let store = world::open_store(&scene, &Bar::default())?;
-        Ok(Self { scene, store })
+        let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
+        Ok(Self { scene, store, looked_at_m })
     }
 
     /// Puts the world onto a GPU, and returns it with the camera at the start.
@@ -31,7 +36,13 @@ impl OpenedWorld {
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let mut world = OpenWorld::on_gpu_with(gpu, self.scene, self.store, options, &Bar::default())?;
-        let start = args.camera.unwrap_or_else(|| world.default_camera());
+        let [width, height] = args.size;
+        let aspect = f64::from(width) / f64::from(height);
+        let start = match (args.camera, self.looked_at_m) {
+            (Some(camera), _) => camera,
+            (None, Some(place_m)) => args.look.camera(place_m, &world, aspect)?,
+            (None, None) => world.start_camera(aspect),
+        };
         args.world.light.place_sun(&mut world.scene.sun, &start);
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         if let Err(error) = world.ground_was_read() {

@@ -149,7 +149,8 @@ impl Job<'_> {
             let (height_m, slope_deg) = match meaning {
                 LayerMeaning::Heights { interval_m } => {
                     let points_m = points.iter().map(|px| places.world_m(*px));
-                    (contour_height_m(terrain, points_m, interval_m).map(|height_m| height_m / exaggeration), None)
+                    let drawn_m = contour_height_m(terrain, points_m, interval_m * exaggeration);
+                    (drawn_m.map(|height_m| height_m / exaggeration), None)
                 }
                 LayerMeaning::Marks => {
                     let middle = points.get(points.len() / 2).copied();

@@ -138,7 +138,7 @@ impl Job<'_> {
             return Ok(vec![self.camera]);
         }
         let (Some(name), Some(flight)) = (&self.args.path, &self.flight) else {
-            return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
+            return Ok(vec![self.camera]);
         };
         let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
         self.clock = Clock::still(path.times_s()[0]);

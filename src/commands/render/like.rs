@@ -48,6 +48,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     if all.world.light.date.is_none() {
         all.world.light.sun = all.world.light.sun.or(Some(*sun));
     }
+    all.world.exaggeration = all.world.exaggeration.or(more.exaggeration);
     all.world.water.water = all.world.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
     all.world.light.focus = parsed_or(all.world.light.focus, more.focus.as_deref(), "focus")?;
     if all.size.is_none() {
@@ -114,8 +115,12 @@ fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyh
     let antialias = parsed_or(None, more.antialias.as_deref(), "antialias")?;
     if !matches!(kind, OutputKind::Picture(_)) {
         if let (None, Some(path)) = (&all.path, &more.path) {
-            let given =
-                [("--camera", all.camera.is_some()), ("--map", all.map.is_some()), ("--time-s", all.time_s.is_some())];
+            let given = [
+                ("--camera", all.camera.is_some()),
+                ("--look-at", all.look.look_at.is_some()),
+                ("--map", all.map.is_some()),
+                ("--time-s", all.time_s.is_some()),
+            ];
             if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
                 return Err(Misuse(format!("{option}: its path has cameras and times of its own")).into());
             }
@@ -135,10 +140,10 @@ fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyh
     if antialias.is_some_and(|antialias| antialias != Antialias::None) && all.antialias.is_none() {
         tracing::warn!("--like: the edges of its frames are smoothed by --antialias; a single picture's are not");
     }
-    if all.camera.is_none() {
+    if all.camera.is_none() && all.look.look_at.is_none() {
         all.map = parsed_or(all.map, more.map.as_deref(), "map")?;
     }
-    if all.map.is_none() {
+    if all.map.is_none() && all.look.look_at.is_none() {
         all.camera = all.camera.or(Some(imprint.camera));
     }
     all.time_s = all.time_s.or(more.time_s);
@@ -188,6 +193,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.title.clone_from(&args.title);
     more.focus = args.world.light.focus.map(|focus| focus.to_string());
     more.water = args.world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned());
+    more.exaggeration = args.world.exaggeration;
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);

@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
+use crate::commands::place_args::no_crs;
 use crate::file::FileError;
 use crate::file::atomic::AtomicFile;
 use crate::file::geotiff::GeoTiffWriter;
@@ -16,12 +17,15 @@ use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::unnamed::{self, SideFile};
 use crate::picture::{self, PictureReport};
+use crate::pyramid::TileStore;
 use crate::pyramid::format::geotags;
 use crate::scene::map::{Map, MapArea};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
+use crate::source::WorldMapping;
 use crate::source::georeference::{Crs, Georeference};
 use crate::source::lon_lat::ToWgs84;
+use crate::tiles::grid_projection::GridProjection;
 use crate::world::OpenWorld;
 
 /// Checks whether the output can be a map, and whether a format that needs a map gets one.
@@ -90,20 +94,19 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
     }
 }
 
-/// Extensions of heights whose reference system a sidecar file may give.
-const DESCRIBED_ENDINGS: [&str; 5] = ["png", "webp", "exr", "r16", "raw"];
-
-/// Returns the cause that a world has no reference system, and what to do.
-fn no_crs(world: Option<&str>) -> String {
-    let Some(world) = world.map(Path::new) else {
-        return "the built-in world has no reference system".to_owned();
-    };
-    let ending = world.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let world = named(world);
-    match DESCRIBED_ENDINGS.contains(&&*ending) {
-        true => format!("{world} has no reference system; set crs and origin in {world}.toml"),
-        false => format!("{world} has no reference system"),
+/// Returns the arguments with the area of a map that is centred on a place (`--at`), if one is.
+///
+/// # Errors
+/// Fails if the heights have no position on the earth, or do not contain the place.
+pub(super) fn around_place(args: &RenderArgs, store: &dyn TileStore) -> anyhow::Result<Option<RenderArgs>> {
+    if args.map_place.at.is_none() {
+        return Ok(None);
     }
+    let size = store.levels()[0];
+    let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
+    let [low_m, high_m] = GridProjection::fit(&mapping, size.width, size.height).extent_m();
+    let area = args.map_place.area(args.world.name(), store, high_m.x - low_m.x)?;
+    Ok(area.map(|area| RenderArgs { map: Some(area), ..args.clone() }))
 }
 
 /// A map of the open world.

@@ -66,6 +66,7 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--frames", args.frames.is_some()),
         ("--landscape", args.landscape),
         ("--like", args.like.is_some()),
+        ("--look-at", args.look.look_at.is_some()),
         ("--lod-error", args.lod_error.is_some()),
         ("--margin", args.margin.is_some()),
         ("--paper", args.paper.is_some()),
@@ -85,7 +86,10 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
             "{option}: does not apply to a mesh, and the output is {output}; --map sets the extent of a mesh, \
              --mesh-error its accuracy"
         ))),
-        None if args.size.is_some() && !matches!(args.map, Some(MapArea::Around { .. })) => {
+        None if args.size.is_some()
+            && args.map_place.at.is_none()
+            && !matches!(args.map, Some(MapArea::Around { .. })) =>
+        {
             Err(Misuse("--size: sets the shape of --map for a mesh; add --map=EAST,NORTH,WIDTH".to_owned()))
         }
         None => Ok(()),
@@ -100,6 +104,8 @@ pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyho
     let output = &args.output;
     inputs::of(args.world.name(), scene, &[], None).check(output)?;
     let store = world::open_store(scene, &Bar::default())?;
+    let around = super::map::around_place(args, &*store)?;
+    let args = around.as_ref().unwrap_or(args);
     let size = store.levels()[0];
     let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
     let projection = GridProjection::fit(&mapping, size.width, size.height);

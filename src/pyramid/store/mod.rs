@@ -7,6 +7,7 @@
 
 mod tile_store;
 mod ground;
+mod highest;
 mod exaggerated;
 mod data_area;
 mod pyramid;
@@ -36,6 +37,7 @@ pub(crate) use derive::coarse_patches;
 pub use derive::derive;
 pub(crate) use exaggerated::Exaggerated;
 pub(crate) use ground::Ground;
+pub(crate) use highest::{HighestSample, highest_sample};
 #[cfg(test)]
 pub(crate) use manifest::write_manifest;
 pub use memory_store::MemoryStore;

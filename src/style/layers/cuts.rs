@@ -71,7 +71,7 @@ impl LayerBehaviour for Cuts {
         }]
     }
 
-    fn pass(&self, origin_m: DVec3) -> Option<InkPass> {
+    fn pass(&self, origin_m: DVec3, _exaggeration: f64) -> Option<InkPass> {
         let mut rules = CutRules {
             form_px: self.form_px,
             darkest: self.darkest,

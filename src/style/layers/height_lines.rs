@@ -60,10 +60,12 @@ impl LayerBehaviour for HeightLines {
         if self.interval_m > 0.0 { vec![ink] } else { Vec::new() }
     }
 
-    fn pass(&self, origin_m: DVec3) -> Option<InkPass> {
-        let index_interval_m = LINES_PER_INDEX * f64::from(self.interval_m);
+    fn pass(&self, origin_m: DVec3, exaggeration: f64) -> Option<InkPass> {
+        // The interval counts true metres, and the land is drawn higher.
+        let interval_m = f64::from(self.interval_m) * exaggeration;
+        let index_interval_m = LINES_PER_INDEX * interval_m;
         let rules = HeightLineRules {
-            interval_m: self.interval_m,
+            interval_m: interval_m as f32,
             phase_m: origin_m.z.rem_euclid(index_interval_m) as f32,
             line_px: self.line_px,
             index_px: self.index_px,

@@ -136,9 +136,9 @@ pub(crate) trait LayerBehaviour {
     fn inks(&self) -> Vec<Ink>;
 
     /// Returns the pass that draws the layer. Kinds without one have passes of their own, which
-    /// `frame/passes.rs` calls. `origin_m` is
-    /// the rig's origin in the world, to which positions on the GPU are relative.
-    fn pass(&self, _origin_m: DVec3) -> Option<InkPass> {
+    /// `frame/passes.rs` calls. `origin_m` is the rig's origin in the world, to which positions on the GPU are relative,
+    /// and `exaggeration` the factor by which heights are drawn.
+    fn pass(&self, _origin_m: DVec3, _exaggeration: f64) -> Option<InkPass> {
         None
     }
 

@@ -38,6 +38,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("place", Becomes("sun")),
     ("focus", Kept("--focus 1,2,300,0.5 -o a.png")),
     ("water", Kept("--water lake.geojson -o a.png")),
+    ("exaggeration", Kept("--exaggeration 2.5 -o a.png")),
     ("trust_scene", Unneeded),
     ("output", Unneeded),
     ("like", Unneeded),
@@ -45,6 +46,10 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("size", Kept("--size 64x36 -o a.png")),
     ("dpi", Kept("--dpi 150 -o a.png")),
     ("camera", Kept("--camera=5,6,+7,8,9,50 -o a.png")),
+    ("look_at", Becomes("camera")),
+    ("from", Becomes("camera")),
+    ("at", Becomes("map")),
+    ("map_width", Becomes("map")),
     ("map", Kept("--map 10,20,3000 -o a.png")),
     ("path", Kept("--path p.csv -o a.mp4")),
     ("fps", Kept("--path p.csv --fps 12.5 -o a%d.png")),
@@ -92,14 +97,16 @@ fn parsed(line: &str) -> RenderArgs {
 /// Returns what the arguments draw, as text. Without `..`, so that a new option is not forgotten.
 fn drawn(args: &RenderArgs) -> String {
     let RenderArgs {
-        world: WorldArgs { name, heights, light, water, trust_scene: _ },
+        world: WorldArgs { name, heights, light, water, exaggeration, trust_scene: _ },
         output: _,
         like: _,
         style: _,
         size: _,
         dpi,
         camera,
+        look: _,
         map,
+        map_place: _,
         path,
         fps: _,
         frames,
@@ -126,7 +133,8 @@ fn drawn(args: &RenderArgs) -> String {
         overwrite: _,
         json: _,
     } = args;
-    let world = format!("{name:?} {heights:?} {:?} {:?} {water:?}", light.sun.unwrap_or_default(), light.focus);
+    let light = format!("{:?} {:?}", light.sun.unwrap_or_default(), light.focus);
+    let world = format!("{name:?} {heights:?} {light} {water:?} {exaggeration:?}");
     // The camera of frames is that of their path, and the similar one of a map is not used.
     let camera = camera.filter(|_| path.is_none() && map.is_none());
     let time_s = time_s.unwrap_or(0.0);
@@ -214,6 +222,7 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
         ("samples", "1024", &["0", "1025", "4294967295", "-1"]),
         ("lod_error", "0.5", &["0.0", "-1.0", "nan", "inf"]),
         ("nodata", "-9999.0", &["nan", "-inf"]),
+        ("exaggeration", "1000.0", &["0.0", "-1.0", "nan", "inf", "1001.0"]),
         ("tile_memory", "1", &["0", "-1", "1048577"]),
         ("convergence", "5.0", &["0.0", "-1e300", "nan"]),
         ("margin", "0.0", &["-0.1", "nan", "1e6"]),
