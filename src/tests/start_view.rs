@@ -46,7 +46,7 @@ fn ridge(x: f64, y: f64) -> f64 {
 }
 
 fn plateau(x: f64, y: f64) -> f64 {
-    800.0 - (x + 1000.0).hypot(y - 800.0).max(1500.0).min(2500.0) * 0.5
+    800.0 - (x + 1000.0).hypot(y - 800.0).clamp(1500.0, 2500.0) * 0.5
 }
 
 /// A mountain by the sea: beyond the shore the level is 0.
@@ -135,7 +135,7 @@ fn faults(shown: &Shown) -> Vec<&'static str> {
         (middle(shown.summit.x) && middle(shown.summit.y), "the summit is not in the middle half"),
         (shown.is_summit_seen, "the summit is hidden"),
         (shown.empty <= 0.4, "more than 40 % of sky"),
-        (shown.hole <= 0.01, "a view onto no-data"),
+        (shown.hole <= 0.015, "a view onto no-data"),
         (shown.horizon < 0.5, "the horizon is not above the middle"),
         ((45.0..=115.0).contains(&shown.side_deg), "no light from the side"),
     ];

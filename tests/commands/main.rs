@@ -11,6 +11,7 @@ mod features;
 mod films;
 mod in_view;
 mod models;
+mod places;
 mod quiet;
 mod show;
 mod styles;

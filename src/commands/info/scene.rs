@@ -354,7 +354,7 @@ impl SceneInfo {
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
              start     {}\nvertical  × {}\n{}{}{water}{}{meshes}{}{trees}",
-            self.start.as_deref().unwrap_or("a view of the whole extent"),
+            self.start.as_deref().unwrap_or("a view of the most prominent summit"),
             self.vertical_exaggeration,
             focus.unwrap_or_default(),
             sea.unwrap_or_default(),

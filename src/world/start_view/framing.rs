@@ -22,13 +22,15 @@ const DISTANCES: [f64; 7] = [1.0, 0.7, 1.4, 0.5, 2.0, 0.33, 2.8];
 /// How high the camera is above the place, as angles in degrees.
 const HEIGHTS_DEG: [f64; 12] = [-8.0, -5.0, -2.0, 1.0, 4.0, 8.0, 12.0, 17.0, 23.0, 31.0, 42.0, 56.0];
 /// Where the place is in the picture: parts of its height, from the top.
-const PLACES: [f64; 4] = [0.32, 0.38, 0.44, 0.5];
+const PLACES: [f64; 5] = [0.28, 0.33, 0.38, 0.44, 0.5];
 /// Largest pitch, in degrees: the horizon is above the middle of the picture.
 const LARGEST_PITCH_DEG: f64 = -1.0;
 /// Largest part of the picture without land.
-const MOST_SKY: f64 = 0.36;
+const MOST_SKY: f64 = 0.38;
 /// Slope below the horizon down to which the space beyond the data looks like sky.
 const LIKE_SKY: f64 = 0.02;
+/// Slope below the horizon from which on it is seen to be none: it counts as no-data.
+const UNLIKE_SKY: f64 = 0.11;
 /// The smallest distance of the camera, in samples of the finest level.
 const LEAST_SAMPLES: f64 = 24.0;
 /// The most suitable distance is at most this part of the distance at which haze takes most of the contrast.
@@ -178,7 +180,7 @@ impl Land<'_> {
         // A gentle hill is seen from higher than a mountain.
         let steepness = (subject.drop_m / wanted_m).clamp(0.015, 0.25);
         let gentle = ((0.25_f64).ln() - steepness.ln()) / ((0.25_f64).ln() - (0.015_f64).ln());
-        let wanted_deg = -1.0 + 18.0 * gentle;
+        let wanted_deg = -1.0 + 18.0 * gentle * gentle;
         let (azimuths, distances_m) = match subject.from {
             Some([azimuth_deg, distance_m]) => (vec![azimuth_deg + 180.0], vec![distance_m]),
             None => (
@@ -210,7 +212,7 @@ impl Land<'_> {
                     let haze_m = self.light.for_eye_above((z_m - place_m.z).max(0.0)).haze_m;
                     let mut cost = 1.2 * (distance_m / wanted_m).ln().powi(2)
                         + 0.6 * off_height.powi(2).min(1.5 * off_height)
-                        + 3.0 * (distance_m / haze_m - CLEAR_PART).max(0.0).min(3.0)
+                        + 3.0 * (distance_m / haze_m - CLEAR_PART).clamp(0.0, 3.0)
                         + 0.5 * light
                         + off_data;
                     if best.as_ref().is_some_and(|(known, _)| cost - 1.0 > *known) {
@@ -219,9 +221,9 @@ impl Land<'_> {
                     let (is_seen, is_skyline) = self.sees(eye_m, place_m);
                     cost += if is_seen { 0.0 } else { 12.0 };
                     // A mountain is recognised by its outline before the sky; on gentle land there is hardly one.
-                    cost += if is_skyline { 0.0 } else { 1.5 * (1.0 - gentle) };
+                    cost += if is_skyline { 0.0 } else { 2.0 * (1.0 - gentle * gentle) };
                     for (pitch_deg, seen, place) in self.seen(eye_m, yaw_deg, up_deg, distance_m, aspect) {
-                        let cost = cost + seen.cost() + 2.0 * (place - 0.4_f64).powi(2);
+                        let cost = cost + seen.cost() + 8.0 * (place - 0.4_f64).powi(2);
                         if best.as_ref().is_none_or(|(known, _)| cost < *known) {
                             let camera = Camera {
                                 position_m: eye_m,
@@ -324,14 +326,15 @@ impl Seen {
         // Rays above the last land end in the sky; those that point down are seen to pass the edge of the data.
         self.empty += weight * (1.0 - column.part(last));
         self.beyond += part([last, -LIKE_SKY]);
+        self.no_data += part([last, -UNLIKE_SKY]);
     }
 
     /// Returns how bad a picture is.
     fn cost(&self) -> f64 {
-        30.0 * self.no_data
+        60.0 * self.no_data
             + 6.0 * self.beyond
             + 40.0 * (self.beyond - 0.08).max(0.0)
-            + 200.0 * (self.empty - MOST_SKY).max(0.0)
+            + 400.0 * (self.empty - MOST_SKY).max(0.0)
             + 2.0 * (0.1 - self.empty).max(0.0)
             + 3.0 * (self.near - 0.3).max(0.0)
             - 0.25 * self.outlines.min(3.0)

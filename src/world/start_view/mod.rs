@@ -42,7 +42,7 @@ impl OpenWorld {
     pub fn start_camera(&self, aspect: f64) -> Camera {
         self.scene
             .start
-            .unwrap_or_else(|| self.summit_camera(aspect).ok().flatten().unwrap_or_else(|| self.from_above()))
+            .unwrap_or_else(|| self.summit_camera(aspect).ok().flatten().unwrap_or_else(|| self.camera_above()))
     }
 
     /// Returns a camera that looks at a place, east and north in metres, in the same way; or from where `from` says.
@@ -65,10 +65,26 @@ impl OpenWorld {
 
     fn summit_camera(&self, aspect: f64) -> Result<Option<Camera>, PyramidError> {
         let terrain = &self.surfaces.terrain;
-        let whole = Raster::read(terrain, terrain.corners_m())?;
+        let mut whole = Raster::read(terrain, terrain.corners_m())?;
+        if whole.data().is_none()
+            && let Some(corners_m) = self.highest_cell_m()
+        {
+            // The data are narrower than a cell, as a strip of LiDAR in a large raster may be.
+            whole = Raster::read(terrain, corners_m)?;
+        }
         let Some(summit) = summit::most_prominent(&whole) else { return Ok(None) };
         let place_m = whole.place_m(summit.cell).extend(f64::from(summit.height_m));
-        self.framed(&whole, place_m, None, aspect)
+        self.framed(&whole, self.refined(&whole, place_m)?, None, aspect)
+    }
+
+    /// Returns the highest place of the finer raster within a cell of a summit: means of cells are lower.
+    fn refined(&self, whole: &Raster, summit_m: DVec3) -> Result<DVec3, PyramidError> {
+        let terrain = &self.surfaces.terrain;
+        let reach_m = 1.5 * whole.cell_m;
+        let around = Raster::read(terrain, [summit_m.truncate() - reach_m, summit_m.truncate() + reach_m])?;
+        let places = around.heights_m.iter().enumerate().filter(|(_, height_m)| f64::from(**height_m) > summit_m.z);
+        let highest = places.max_by(|a, b| a.1.total_cmp(b.1));
+        Ok(highest.map_or(summit_m, |(at, height_m)| around.place_m(around.cell(at)).extend(f64::from(*height_m))))
     }
 
     fn framed(
@@ -101,6 +117,17 @@ impl OpenWorld {
         Ok(Some(camera))
     }
 
+    /// Returns the corners of the highest patch that has heights, with some space around.
+    fn highest_cell_m(&self) -> Option<[DVec2; 2]> {
+        let terrain = &self.surfaces.terrain;
+        let area = DataArea::of(terrain.store()).ok()?;
+        let highest = area.cells.iter().max_by(|a, b| a.range_m[1].total_cmp(&b.range_m[1]))?;
+        let place = |at: [f64; 2]| terrain.mapping().world_from_grid(at[0], at[1]);
+        let [a, b] = [place(highest.low), place(highest.high)];
+        let around_m = 2.0 * (b - a).abs().max_element().max(1e-6);
+        Some([a.min(b) - around_m, a.max(b) + around_m])
+    }
+
     /// Reads a finer raster of the land around a place, if the coarse one is not as fine as the heights.
     fn near(&self, whole: &Raster, place_m: DVec2, least_m: f64) -> Result<Option<Raster>, PyramidError> {
         let radius_m = (NEAR_CELLS * whole.cell_m).max(1.5 * least_m);
@@ -114,7 +141,7 @@ impl OpenWorld {
     }
 
     /// Returns a camera that looks down at the whole extent.
-    fn from_above(&self) -> Camera {
+    fn camera_above(&self) -> Camera {
         let size_m = DVec2::from_array(self.extent_m()).max_element();
         let [low_m, high_m] = self.surfaces.terrain.range_m().map(f64::from);
         let z_m = high_m + 1.3 * size_m;

@@ -11,6 +11,8 @@ use super::raster::Raster;
 /// A summit inside the data is taken if it has this part of the range of heights as its prominence; else the highest
 /// point is, which may be on the edge of the data.
 const LEAST_PART: f32 = 0.1;
+/// The top of a mountain is what is at most this part of its prominence below the summit.
+const TOP_PART: f32 = 0.005;
 /// Number of places on a ring around a summit.
 const RING_PLACES: u32 = 48;
 /// Smallest share of a ring that must have data.
@@ -48,6 +50,7 @@ pub(super) fn most_prominent(raster: &Raster) -> Option<Summit> {
     });
     let lowest_m = heights_m[*order.last()? as usize];
     let relief_m = heights_m[order[0] as usize] - lowest_m;
+    let is_outside = outside(raster);
     let mut islands = Islands { parents: vec![u32::MAX; heights_m.len()] };
     let (mut best, mut best_inside): (Option<Summit>, Option<Summit>) = (None, None);
     let mut end = |summit: u32, prominence_m: f32| {
@@ -57,7 +60,7 @@ pub(super) fn most_prominent(raster: &Raster) -> Option<Summit> {
         if is_more(&best) {
             best = Some(found);
         }
-        if is_more(&best_inside) && !is_on_edge(raster, cell) {
+        if is_more(&best_inside) && !is_on_edge(raster, &is_outside, cell) {
             best_inside = Some(found);
         }
     };
@@ -85,7 +88,27 @@ pub(super) fn most_prominent(raster: &Raster) -> Option<Summit> {
     for &at in order.iter().filter(|at| islands.parents[**at as usize] == **at) {
         end(at, heights_m[at as usize] - lowest_m);
     }
-    best_inside.filter(|inside| inside.prominence_m >= LEAST_PART * relief_m).or(best)
+    let found = best_inside.filter(|inside| inside.prominence_m >= LEAST_PART * relief_m).or(best)?;
+    Some(Summit { cell: middle_of_top(raster, found), ..found })
+}
+
+/// Returns the cell in the middle of the top around a summit: of a plateau, not one of the cells of its rim.
+fn middle_of_top(raster: &Raster, summit: Summit) -> UVec2 {
+    let least_m = summit.height_m - TOP_PART * summit.prominence_m;
+    let first = summit.cell.y * raster.size[0] as u32 + summit.cell.x;
+    let (mut top, mut waiting) = (Vec::new(), vec![first]);
+    let mut is_known = vec![false; raster.heights_m.len()];
+    while let Some(at) = waiting.pop() {
+        if std::mem::replace(&mut is_known[at as usize], true) {
+            continue;
+        }
+        top.push(raster.cell(at as usize).as_dvec2());
+        let around = neighbours(raster, raster.cell(at as usize)).flatten();
+        waiting.extend(around.filter(|at| raster.heights_m[*at as usize] >= least_m && !is_known[*at as usize]));
+    }
+    let middle = top.iter().sum::<DVec2>() / top.len() as f64;
+    let apart = |cell: &DVec2| cell.distance_squared(middle);
+    top.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).map_or(summit.cell, |cell| cell.as_uvec2())
 }
 
 /// Returns the indices of the cells around a cell; `None` outside of the raster.
@@ -98,9 +121,29 @@ fn neighbours(raster: &Raster, cell: UVec2) -> impl Iterator<Item = Option<u32>>
     })
 }
 
-/// Returns whether a neighbour of a cell has no data or is outside.
-fn is_on_edge(raster: &Raster, cell: UVec2) -> bool {
-    neighbours(raster, cell).any(|at| at.is_none_or(|at| raster.heights_m[at as usize].is_nan()))
+/// Returns for each cell whether it is outside of the data: without data, and not in a hole that data enclose.
+fn outside(raster: &Raster) -> Vec<bool> {
+    let [width, height] = raster.size;
+    let mut is_outside = vec![false; width * height];
+    let is_border = |at: u32| {
+        let [column, row] = [at as usize % width, at as usize / width];
+        column == 0 || row == 0 || column + 1 == width || row + 1 == height
+    };
+    let mut waiting: Vec<u32> = (0..(width * height) as u32).filter(|at| is_border(*at)).collect();
+    waiting.retain(|at| raster.heights_m[*at as usize].is_nan());
+    while let Some(at) = waiting.pop() {
+        if std::mem::replace(&mut is_outside[at as usize], true) {
+            continue;
+        }
+        let around = neighbours(raster, raster.cell(at as usize)).flatten();
+        waiting.extend(around.filter(|at| raster.heights_m[*at as usize].is_nan() && !is_outside[*at as usize]));
+    }
+    is_outside
+}
+
+/// Returns whether a neighbour of a cell is outside of the raster or of the data.
+fn is_on_edge(raster: &Raster, is_outside: &[bool], cell: UVec2) -> bool {
+    neighbours(raster, cell).any(|at| at.is_none_or(|at| is_outside[at as usize]))
 }
 
 /// A forest of cells: each points toward the summit of its island. `u32::MAX` is below the sea.
@@ -177,6 +220,14 @@ mod tests {
         let raster = Raster::of(201, 10.0, |x, y| big(x, y).max(small(x, y)).max(20.0 * (x - 950.0)));
         let found = most_prominent(&raster).unwrap();
         assert!(raster.place_m(found.cell).distance(DVec2::new(-300.0, 200.0)) < 15.0, "{found:?}");
+        // The rim of a plateau may be a little higher.
+        let plateau = Raster::of(201, 10.0, |x, y| match x.hypot(y - 200.0) {
+            away if away > 610.0 => 0.0,
+            away if away > 580.0 => 300.5,
+            _ => 300.0,
+        });
+        let at = plateau.place_m(most_prominent(&plateau).unwrap().cell);
+        assert!(at.distance(DVec2::new(0.0, 200.0)) < 15.0, "{at}");
         // On a plane that is tilted, nothing but the edge stands out; a plain has its middle.
         let tilted = Raster::of(101, 10.0, |x, y| 0.1 * x + 0.05 * y);
         assert_eq!(most_prominent(&tilted).unwrap().cell, UVec2::new(100, 100));
@@ -186,16 +237,19 @@ mod tests {
     }
 
     #[test]
-    fn the_rim_of_a_hole_is_no_summit() {
+    fn the_rim_of_a_hole_may_be_a_summit_and_the_edge_is_none() {
         let (main, other) = (hill([-200.0, 0.0], 500.0, 600.0), hill([700.0, 500.0], 300.0, 300.0));
         let land = move |x: f64, y: f64| main(x, y).max(other(x, y));
-        let raster = Raster::of(201, 10.0, move |x, y| {
-            let is_cut = (x + 200.0).abs() < 200.0 && y.abs() < 200.0;
-            if is_cut { f64::NAN } else { land(x, y) }
-        });
-        // The higher summit is in the hole; what is left of its slopes is highest on the rim.
-        let found = most_prominent(&raster).unwrap();
-        assert!(raster.place_m(found.cell).distance(DVec2::new(700.0, 500.0)) < 15.0, "{found:?}");
+        let with = |is_cut: fn(f64, f64) -> bool| {
+            let raster = Raster::of(201, 10.0, |x, y| if is_cut(x, y) { f64::NAN } else { land(x, y) });
+            raster.place_m(most_prominent(&raster).unwrap().cell)
+        };
+        // The radar saw no summit, but all around it: its mountain is still the most prominent one.
+        let found = with(|x, y| (x + 200.0).abs() < 50.0 && y.abs() < 50.0);
+        assert!(found.distance(DVec2::new(-200.0, 0.0)) < 80.0, "{found}");
+        // A mountain that the data are cut through is not: what remains of it is highest on the edge.
+        let found = with(|x, _| x < -150.0);
+        assert!(found.distance(DVec2::new(700.0, 500.0)) < 15.0, "{found}");
     }
 
     #[test]
