@@ -83,7 +83,7 @@ fn pictures_say_how_they_were_drawn() {
     }
     let place = Place::empty();
     dem(&place);
-    place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,-900,-900,900,40,-12,60\n1,-800,-900,900,40,-12,60\n");
+    place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,-900,-900,+150,40,-12,60\n1,-800,-900,+150,40,-12,60\n");
     let camera = "--camera=-900,-900,+150,40,-12,60";
     for (name, more) in [
         ("a.png", &[camera, "--style", "plain"][..]),
