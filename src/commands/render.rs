@@ -5,6 +5,7 @@ mod frames;
 mod in_view;
 mod job;
 pub(crate) mod like;
+mod look;
 mod map;
 mod mesh;
 mod outputs;
@@ -43,7 +44,6 @@ use crate::picture::{PartRule, PictureReport};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
 use crate::scene::map::{Map, MapArea};
-use crate::scene::path::CameraPath;
 use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
@@ -267,7 +267,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let (args, liked) = like::resolved(&args, &kind)?;
     let args = &args;
     map::check(args, &kind)?;
-    check_look(args)?;
+    look::check(args)?;
     check_path(args, &kind)?;
     frames::check(args, &kind)?;
     show::check(args, &kind)?;
@@ -329,7 +329,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         ..TerrainOptions::default()
     };
     let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
-    let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, aspect(args))).transpose()?;
+    let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, look::aspect(args))).transpose()?;
     let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
     let args = looking.as_ref().unwrap_or(args);
     let on_the_earth = map::on_the_earth(args, &kind, &world, titled.paper.foot_px)?;
@@ -341,7 +341,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px()),
         None => titled,
     };
-    let camera = map.as_ref().map_or_else(|| start_camera(args, &world), |map| Map::camera(&map.pose));
+    let camera = map.as_ref().map_or_else(|| look::start_camera(args, &world), |map| Map::camera(&map.pose));
     let imprint = like::imprint(args, &kind, &as_written, &camera);
     let mut job = Job {
         args,
@@ -397,35 +397,6 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn, is_on_earth)).into_iter();
     summaries.chain(job.sheets.as_ref().map(|cut| sheets::summary(args, cut))).try_for_each(|line| print(&line))
-}
-
-/// Returns the width of the picture over its height.
-fn aspect(args: &RenderArgs) -> f64 {
-    let [width, height] = args.size();
-    f64::from(width) / f64::from(height)
-}
-
-/// Returns the camera of `--camera`, or else the start view; for a path, whose cameras replace it, any.
-fn start_camera(args: &RenderArgs, world: &OpenWorld) -> Camera {
-    match args.path {
-        Some(_) => CameraPath::ORIGIN,
-        None => args.camera.unwrap_or_else(|| world.start_camera(aspect(args))),
-    }
-}
-
-/// Checks that `--look-at` is for a single picture in perspective, and that only a map without an area has a place.
-fn check_look(args: &RenderArgs) -> Result<(), Misuse> {
-    let wrong = |option: &str, why: &str| Err(Misuse(format!("{option}: {why}")));
-    match (args.look.look_at, args.map_place.at) {
-        (Some(_), _) if args.path.is_some() => wrong("--look-at", "cannot be combined with --path, which has cameras"),
-        (Some(_), _) if args.map.is_some() => {
-            wrong("--look-at", "cannot be combined with --map; use --map --at LAT,LON")
-        }
-        (_, Some(_)) if matches!(args.map, Some(MapArea::Around { .. })) => {
-            wrong("--at", "cannot be combined with --map=EAST,NORTH,WIDTH; use --map --at LAT,LON --map-width METRES")
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.
