@@ -235,13 +235,14 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
 }
 
 /// Draws the last frames again, from the last one back, since their tiles are there: without a timer around each pass,
-/// and with traces. Each style draws alone, since frames that follow each other are measured.
+/// with timers but without a pause, and with traces. Each style draws alone, since frames that follow each other are measured.
 fn fly_back(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     for run in runs.iter_mut() {
         run.end_flight();
         let times_s = run.records.iter().rev().take(LAST_FRAMES).map(|record| record.t_s);
         let cameras: Vec<_> = times_s.map(|t_s| (path.sample(t_s), t_s)).collect();
         run.measure_untimed(gpu, args.size, &cameras)?;
+        run.measure_busy(gpu, args.size, &cameras)?;
         run.trace(gpu, args.size, &cameras)?;
     }
     Ok(())

@@ -385,6 +385,14 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
             args.tile_memory()
         );
     }
+    if report.memory_factor > 1.0 {
+        tracing::warn!(
+            "the heights of this view do not fit into --tile-memory {}: the surface may be off by {:.1} px instead of {} px",
+            args.tile_memory(),
+            args.lod_error() * report.memory_factor,
+            args.lod_error()
+        );
+    }
     if report.over_budget > 0 {
         tracing::warn!("{}", over_budget_warning(&report, written.clone().count(), args.lod_error()));
     }

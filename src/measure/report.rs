@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::comparison::Comparison;
 use super::settings::Settings;
 use super::statistics::{FrameRecord, Percentiles, pass_names};
-use super::work::{Caches, CpuTimes, FrameWork, Start, Untimed};
+use super::work::{BusyGpu, Caches, CpuTimes, FrameWork, Start, Untimed};
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
@@ -72,6 +72,9 @@ pub(crate) struct Run {
     pub work: Option<FrameWork>,
     /// Frames without a timer around each pass.
     pub untimed: Option<Untimed>,
+    /// GPU times of frames that follow each other without a pause; null on a software driver.
+    #[serde(default)]
+    pub busy: Option<BusyGpu>,
     /// Pipelines and times that the first frame waited for.
     pub start: Option<Start>,
     /// How often each cache had what frames requested.

@@ -56,7 +56,8 @@ const WORK: &str = "GB, wgpu passes, dispatches, draws, copies and barriers do n
     frame that moved most bytes, of the last frames of the flight, drawn once more with a trace. A wgpu pass is a compute or \
     render pass of the API; dispatches that follow each other share one. With timers: during the flight, with a timer around each pass. Without timers: \
     the last frames of the flight drawn again, from the last one back, as a window draws them. Latency: each frame \
-    begins when the GPU has finished the one before. Throughput: a frame begins while the GPU draws the one before.";
+    begins when the GPU has finished the one before. Throughput: a frame begins while the GPU draws the one before. Busy \
+    GPU: with timers, but without a pause between frames, because a GPU that waits lowers its clocks.";
 
 /// Writes `report.html`, as a complete file or not at all. `frames` are the report's runs, in its order, for the plots
 /// along the path.
@@ -296,7 +297,7 @@ fn work_by_frame(runs: &[Run]) -> String {
         ("barriers", |work| work.barriers),
     ];
     type Time = fn(&Run) -> Option<f64>;
-    let times: [(&str, Time); 13] = [
+    let times: [(&str, Time); 15] = [
         ("with timers: record ms, p50", |run| Some(run.cpu_ms.record?.p50)),
         ("with timers: record ms, p99", |run| Some(run.cpu_ms.record?.p99)),
         ("with timers: submit ms, p50", |run| Some(run.cpu_ms.submit?.p50)),
@@ -307,6 +308,8 @@ fn work_by_frame(runs: &[Run]) -> String {
         ("latency ms, p50", |run| Some(run.untimed?.latency_ms.p50)),
         ("latency ms, p99", |run| Some(run.untimed?.latency_ms.p99)),
         ("throughput, ms per frame", |run| Some(run.untimed?.throughput_ms)),
+        ("busy GPU: frame ms, p50", |run| Some(run.busy.as_ref()?.gpu_ms.p50)),
+        ("busy GPU: frame ms, p99", |run| Some(run.busy.as_ref()?.gpu_ms.p99)),
         ("first frame: pipelines compiled", |run| Some(run.start?.pipelines as f64)),
         ("first frame: ms of compiling, all threads", |run| Some(run.start?.compile_ms)),
         ("first frame, ms", |run| Some(run.start?.frame_ms)),

@@ -55,13 +55,14 @@ const WORK: [WorkColumn; 7] = [
     ("barriers", |work| work.barriers as f64, 0),
 ];
 
-/// Columns of the last frames, drawn again without a timer around each pass, and of the first frame.
-const CPU: [RunColumn; 7] = [
+/// Columns of the last frames, drawn again without a timer around each pass and without a pause, and of the first frame.
+const AGAIN: [RunColumn; 8] = [
     ("prepare ms", |run| Some(run.untimed?.prepare_ms), 3),
     ("record ms", |run| Some(run.untimed?.record_ms), 3),
     ("submit ms", |run| Some(run.untimed?.submit_ms), 3),
     ("latency ms", |run| Some(run.untimed?.latency_ms.p50), 2),
     ("throughput ms", |run| Some(run.untimed?.throughput_ms), 2),
+    ("busy GPU ms", |run| Some(run.busy.as_ref()?.gpu_ms.p50), 3),
     ("pipelines", |run| Some(run.start?.pipelines as f64), 0),
     ("compile s", |run| Some(run.start?.compile_ms / 1000.0), 2),
 ];
@@ -73,11 +74,11 @@ fn work(report: &Report) -> String {
     }
     let heads = std::iter::once("style".to_owned())
         .chain(WORK.iter().map(|(head, ..)| (*head).to_owned()))
-        .chain(CPU.iter().map(|(head, ..)| (*head).to_owned()));
+        .chain(AGAIN.iter().map(|(head, ..)| (*head).to_owned()));
     let rows = report.runs.iter().map(|run| {
         let of_work = WORK.iter().map(|(_, value, decimals)| number(run.work.map(value), *decimals));
-        let of_cpu = CPU.iter().map(|(_, value, decimals)| number(value(run), *decimals));
-        std::iter::once(run.style.clone()).chain(of_work).chain(of_cpu).collect()
+        let again = AGAIN.iter().map(|(_, value, decimals)| number(value(run), *decimals));
+        std::iter::once(run.style.clone()).chain(of_work).chain(again).collect()
     });
     format!("\n{}", columns(std::iter::once(heads.collect()).chain(rows).collect()))
 }
@@ -189,7 +190,7 @@ mod tests {
     use crate::lines::strokes::LeftOut;
     use crate::measure::report::TileCounts;
     use crate::measure::statistics::Percentiles;
-    use crate::measure::work::Untimed;
+    use crate::measure::work::{BusyGpu, Untimed};
 
     fn run(style: &str, p50: Option<f64>) -> Run {
         let frame_ms = p50.map(|p50| Percentiles { p50, p95: 2.0 * p50, p99: 3.0 * p50, max: 4.0 * p50 });
@@ -230,14 +231,18 @@ mod tests {
             FrameWork { bytes_read: 1_250_000_000, bytes_written: 2_000_000, wgpu_passes: 9, ..FrameWork::default() };
         let caches = [("bind_groups".to_owned(), CacheUse { hits: 999, misses: 1 })].into();
         let untimed = Some(Untimed { throughput_ms: 3.25, record_ms: 0.5, ..Untimed::default() });
-        let measured = Run { work: Some(work), untimed, caches, ..run("ink", Some(2.0)) };
+        let gpu_ms = Percentiles { p50: 1.5, ..Percentiles::default() };
+        let busy = Some(BusyGpu { gpu_ms, ..BusyGpu::default() });
+        let measured = Run { work: Some(work), untimed, busy, caches, ..run("ink", Some(2.0)) };
         let table = table(&Report { runs: vec![measured, run("plain", None)], ..Report::default() });
         let below = table.split("\n\n").nth(1).expect("a second table");
         let rows: Vec<Vec<&str>> = below.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
-        let expected =
-            ["ink", "1.250", "0.002", "9", "0", "0", "0", "0", "0.000", "0.500", "0.000", "0.00", "3.25", "–", "–"];
+        let expected = [
+            "ink", "1.250", "0.002", "9", "0", "0", "0", "0", "0.000", "0.500", "0.000", "0.00", "3.25", "1.500", "–",
+            "–",
+        ];
         assert_eq!(rows[0], expected);
-        assert_eq!(rows[1][1..], ["–"; 14]);
+        assert_eq!(rows[1][1..], ["–"; 15]);
         let rates = table.split("\n\n").nth(2).expect("a third table");
         let rows: Vec<Vec<&str>> = rates.lines().map(|line| line.split_whitespace().collect()).collect();
         assert_eq!(rows[0][rows[0].len() - 2..], ["bind", "groups"]);

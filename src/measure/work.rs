@@ -97,6 +97,18 @@ pub(crate) struct Untimed {
     pub submit_ms: f64,
 }
 
+/// GPU times of frames that were drawn again after the flight, with a timer around each pass, but one after the other, so
+/// that the GPU is never idle. A GPU that waits for the CPU lowers its clocks, and its times say little.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct BusyGpu {
+    /// Number of frames.
+    pub frames: u64,
+    /// Time of a whole frame on the GPU.
+    pub gpu_ms: Percentiles,
+    /// Median time of each pass over the frames that ran it, in milliseconds.
+    pub passes_ms: BTreeMap<String, f64>,
+}
+
 /// The pipelines and times that a style's first frame waited for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Start {

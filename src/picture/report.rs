@@ -30,6 +30,8 @@ pub struct PictureReport {
     pub late: bool,
     /// Largest height error that was allowed for the mesh, in pixels.
     pub error_px: f64,
+    /// Largest factor by which the surface is coarser than requested, because its tiles did not fit into memory.
+    pub memory_factor: f64,
     /// Number of pictures whose allowed error was raised above the requested one, because the patches did not suffice.
     pub over_budget: u64,
     /// Time that the frame thread spent on tiles and patches.
@@ -64,6 +66,7 @@ impl PictureReport {
         self.tiles_pending += other.tiles_pending;
         self.late |= other.late;
         self.error_px = self.error_px.max(other.error_px);
+        self.memory_factor = self.memory_factor.max(other.memory_factor);
         self.over_budget += other.over_budget;
         self.prepare_ms += other.prepare_ms;
         self.pictures += other.pictures;
@@ -102,6 +105,7 @@ impl PictureReport {
         self.tiles_pending += prepared.tiles.pending;
         self.late |= prepared.tiles.late;
         self.error_px = self.error_px.max(prepared.detail.error_px);
+        self.memory_factor = self.memory_factor.max(prepared.detail.memory_factor);
         self.over_budget = self.over_budget.max(u64::from(prepared.detail.is_over_budget));
         self.prepare_ms += prepared.prepare_ms;
         self.target_bytes = self.target_bytes.max(renderer.target_bytes());

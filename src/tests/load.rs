@@ -26,6 +26,7 @@ use hachure::source::{HeightGrid, Silent, WorldMapping};
 use hachure::style::{Style, names};
 use hachure::surface::edges::{EDGES, Edge};
 use hachure::tiles::Terrain;
+use hachure::tiles::atlas::SLOT_BYTES;
 use hachure::tiles::earth_curvature::EarthCurvature;
 use hachure::tiles::grid_projection::GridProjection;
 use hachure::tiles::needed::{LevelRule, TileBounds, needed};
@@ -181,6 +182,29 @@ fn any_order_of_tiles_gives_the_same_picture() {
         differing += differing_orders(&mut easel, &lands[0], ROOM, &FLIGHT[3..], most);
     }
     assert_eq!(differing, 0);
+}
+
+/// Memory for fewer tiles than the views of the flight need.
+const TIGHT: u64 = 20 * SLOT_BYTES;
+
+#[test]
+fn too_little_memory_gives_one_coarser_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let land = measured(folder.path());
+    let Some(mut easel) = Easel::new("ink") else { return };
+    let differing: usize = FLIGHT.chunks(1).map(|view| differing_orders(&mut easel, &land, TIGHT, view, 4)).sum();
+    assert_eq!(differing, 0);
+    // The tiles of earlier frames are still there, and make no difference either.
+    let flight = poses(&land.1, &FLIGHT);
+    let together = easel.draw(&land.1, TIGHT, &flight);
+    let apart_px: Vec<usize> = flight
+        .iter()
+        .zip(&together)
+        .map(|(pose, drawn)| apart(&easel.draw(&land.1, TIGHT, &[*pose])[0], drawn))
+        .collect();
+    assert_eq!(apart_px, [0; 4]);
+    let ample = easel.draw(&land.1, ROOM, &flight);
+    assert!(apart(&together[0], &ample[0]) > 0, "the memory is not too little");
 }
 
 #[test]

@@ -71,7 +71,7 @@ fn report_has_the_names_that_scripts_rely_on() {
     let run = &json["runs"][0];
     assert_eq!(
         keys(run),
-        "allowed_error_px antialias caches cpu_ms eyes frame_ms frames gpu_ms hitches lod_error_px memory \
+        "allowed_error_px antialias busy caches cpu_ms eyes frame_ms frames gpu_ms hitches lod_error_px memory \
          over_budget_frames passes prepare_ms start stereo strokes strokes_left_out style temporal tiles triangles untimed \
          work"
     );

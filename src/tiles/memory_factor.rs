@@ -49,6 +49,11 @@ fn octaves(per_s: f64, step_s: f64) -> f64 {
 }
 
 impl MemoryFactor {
+    /// Returns a factor that was chosen otherwise.
+    pub(crate) fn fixed(value: f64) -> Self {
+        Self { value }
+    }
+
     /// Returns the factor by which pixels are wider; 1 if everything fits.
     pub(crate) fn value(&self) -> f64 {
         self.value

@@ -75,7 +75,11 @@ impl PageTable {
         there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
         there.dedup();
         let corner_errors = (!store.is_measured()).then(|| shared_corners(atlas, &there));
-        let for_maps: FxHashSet<TileAddress> = residency.map_neighbours.iter().copied().filter(is_there).collect();
+        // A tile may be in both lists.
+        let needed: FxHashSet<TileAddress> = there.iter().copied().collect();
+        let of_maps = residency.map_neighbours.iter().chain(&residency.mapped_ahead).copied();
+        let for_maps: FxHashSet<TileAddress> =
+            of_maps.filter(|tile| is_there(tile) && !needed.contains(tile)).collect();
         if !for_maps.is_empty() {
             there.extend(&for_maps);
             there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));

@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use super::grid_projection::GridProjection;
 use super::patches::{PatchState, Patches};
 use super::selection::PatchKey;
+use super::skyline::Skyline;
 use crate::pyramid::surface::bicubic::OVERSHOOT;
 use crate::pyramid::surface::statistics::PatchStatistics;
 use crate::scene::frustum::Bounds;
@@ -59,6 +60,8 @@ pub(crate) struct PatchTree {
     links: Vec<Links>,
     marks: Vec<Mark>,
     walk: u32,
+    /// A skyline of an earlier walk, for its memory.
+    used_skyline: Option<Skyline>,
 }
 
 impl PatchTree {
@@ -73,6 +76,17 @@ impl PatchTree {
         }
         self.walk = self.walk.wrapping_add(1);
         0
+    }
+
+    /// Returns a skyline that blocks nothing, like [`Skyline::new`], in the memory of that of [`PatchTree::reuse`].
+    pub(super) fn empty_skyline(&mut self, focal_px: f64, is_layered: bool) -> Skyline {
+        let used = self.used_skyline.take();
+        used.map_or_else(|| Skyline::new(focal_px, is_layered), |used| used.emptied(focal_px, is_layered))
+    }
+
+    /// Keeps a skyline that nobody needs, so that the next walk can use its memory.
+    pub(super) fn reuse(&mut self, skyline: Skyline) {
+        self.used_skyline = Some(skyline);
     }
 
     fn push(&mut self, key: PatchKey, parent: NodeId) {

@@ -155,6 +155,7 @@ fn foresee(
                 if is_hidden(&tile, DEEP) { &mut deep } else { &mut hidden }.push(tile.address);
             }
         }
+        skyline.into_iter().for_each(|skyline| tree.reuse(skyline));
     }
     near.truncate(outlook.most);
     later.extend(hidden.into_iter().chain(deep).filter(|address| met.insert(*address)));

@@ -25,7 +25,7 @@ use super::cache::TileCache;
 use super::camera_motion::Turning;
 use super::grid_projection::GridProjection;
 use super::loader::Loader;
-use super::memory_factor::MemoryFactor;
+use super::memory_factor::{FULL, MemoryFactor};
 use super::needed::{HeightRanges, LevelRule, Needed, TileBounds};
 use super::prefetch::{Foreseen, Prefetcher};
 use super::queues::by_level;
@@ -53,8 +53,11 @@ pub struct Loaded {
     pub without_room: u64,
     /// Number of tiles that cannot be read; coarser ones are drawn instead.
     pub failed: u64,
-    /// Whether some of the surface is coarser than its allowed error requires, also while detail fades in.
+    /// Whether some of the surface is coarser than its allowed error requires, also while detail fades in, or its maps are.
     pub late: bool,
+    /// Whether the land is, and whether the maps of its water or shadows are.
+    pub late_land: bool,
+    pub late_maps: bool,
 }
 
 /// The requirements of a frame: a view, and the motion of its camera.
@@ -105,6 +108,9 @@ pub(crate) struct Residency {
     pub needed: Vec<Needed>,
     /// The tiles that only the maps of this view depend on.
     pub map_neighbours: Vec<TileAddress>,
+    /// The tiles of the near future that are on the GPU, if maps are computed: their maps are computed in advance, so that
+    /// they do not fade in when the view needs the tiles.
+    pub mapped_ahead: Vec<TileAddress>,
     /// The tiles of `needed`, for lookups.
     needed_set: FxHashSet<TileAddress>,
     /// The view for which `needed` and `map_neighbours` were found.
@@ -137,7 +143,7 @@ pub(crate) struct Residency {
     skyline: Option<Skyline>,
     /// The ranges of heights of all tiles that were ever loaded.
     ranges: HeightRanges,
-    /// Changes whenever `needed`, `map_neighbours`, or which of them are on the GPU changes.
+    /// Changes whenever `needed`, `map_neighbours`, which of them are on the GPU, or `mapped_ahead` changes.
     version: u64,
     /// Changes whenever a tile of `needed` or `map_neighbours` comes to the GPU.
     arrivals: u64,
@@ -173,6 +179,7 @@ impl Residency {
             floor: ResidencyFloor::default(),
             needed: Vec::new(),
             map_neighbours: Vec::new(),
+            mapped_ahead: Vec::new(),
             needed_set: FxHashSet::default(),
             found: None,
             missing: Vec::new(),
@@ -264,9 +271,14 @@ impl Residency {
         self.drops_hidden
     }
 
-    /// Sets the skyline of a frame, by which the next one knows the tiles that land hides.
-    pub(crate) fn set_skyline(&mut self, skyline: Skyline) {
-        self.skyline = Some(skyline);
+    /// Sets the skyline of a frame, by which the next one knows the tiles that land hides, and returns the one before.
+    pub(crate) fn set_skyline(&mut self, skyline: Skyline) -> Option<Skyline> {
+        self.skyline.replace(skyline)
+    }
+
+    /// Returns whether the list of needed tiles has no margin, because the camera rests.
+    pub(crate) fn list_is_exact(&self) -> bool {
+        self.found.as_ref().is_some_and(|found| found.is_exact)
     }
 
     /// Returns how often tiles were at hand when they were wanted.
@@ -277,6 +289,24 @@ impl Residency {
     /// Returns the factor by which the surface is coarser than requested because its tiles would not fit into memory.
     pub(crate) fn memory_factor(&self) -> f64 {
         self.memory_factor.value()
+    }
+
+    /// Sets that factor for a frame that waits for its tiles; a frame that streams chooses it itself.
+    pub(crate) fn set_memory_factor(&mut self, factor: f64) {
+        self.memory_factor = MemoryFactor::fixed(factor);
+    }
+
+    /// Returns whether the tiles that the view needs do not fit into memory. Once the factor had to grow, some room has to
+    /// be left, so that what the mesh requests fits too.
+    pub(crate) fn is_short_of_slots(&self) -> bool {
+        let slots = f64::from(self.atlas.slots());
+        self.needed.len() as f64 > if self.memory_factor() > 1.0 { FULL * slots } else { slots }
+    }
+
+    /// Returns whether there are slots for the tiles that the view needs and for `others`.
+    pub(crate) fn has_slots_for(&self, others: &FxHashSet<TileAddress>) -> bool {
+        let more = others.iter().filter(|tile| !self.needed_set.contains(*tile)).count();
+        self.needed.len() + more <= self.atlas.slots() as usize
     }
 
     /// Returns a number that changes whenever the needed tiles, those for maps, or which of them are on the GPU change.

@@ -33,6 +33,8 @@ pub(crate) struct Skyline {
     /// The skylines of the land within some distances, nearest first, each half an octave farther than the one before:
     /// all directions of the first, then all of the second. Empty unless the skyline is layered.
     layers: Vec<f32>,
+    /// The directions in which land may block the view: those that the view sees, of all.
+    touched: Range<usize>,
 }
 
 /// A corner of land, relative to the camera.
@@ -151,23 +153,51 @@ fn layer_within(square_m2: f64) -> i32 {
     ((square_m2 / (FIRST_LAYER_M * FIRST_LAYER_M)).to_bits() >> 52) as i32 - 1023
 }
 
+/// Returns the number of directions of a skyline, about one per pixel.
+fn directions(focal_px: f64) -> usize {
+    // The cast saturates.
+    ((TAU * focal_px) as usize).clamp(MIN_DIRECTIONS, MAX_DIRECTIONS)
+}
+
 impl Skyline {
     /// Creates a skyline that blocks nothing; `focal_px` is in pixels per radian. A layered one knows the distances of its
     /// land.
     pub(crate) fn new(focal_px: f64, is_layered: bool) -> Self {
-        // The cast saturates.
-        let directions = ((TAU * focal_px) as usize).clamp(MIN_DIRECTIONS, MAX_DIRECTIONS);
+        let directions = directions(focal_px);
         let layers = if is_layered { directions * LAYERS } else { 0 };
-        Self { slopes: vec![f32::NEG_INFINITY; directions], layers: vec![f32::NEG_INFINITY; layers] }
+        Self {
+            slopes: vec![f32::NEG_INFINITY; directions],
+            layers: vec![f32::NEG_INFINITY; layers],
+            touched: directions..0,
+        }
+    }
+
+    /// Returns a skyline like that of [`Skyline::new`] in the memory of this one, if it has the same size: a layered
+    /// skyline takes most of a megabyte, which the system would fill with zeros at each frame.
+    pub(crate) fn emptied(mut self, focal_px: f64, is_layered: bool) -> Self {
+        let directions = directions(focal_px);
+        if self.slopes.len() != directions || self.layers.is_empty() == is_layered {
+            return Self::new(focal_px, is_layered);
+        }
+        if !self.touched.is_empty() {
+            for slopes in std::iter::once(&mut self.slopes[..]).chain(self.layers.chunks_exact_mut(directions)) {
+                slopes[self.touched.clone()].fill(f32::NEG_INFINITY);
+            }
+        }
+        self.touched = directions..0;
+        self
     }
 
     /// Completes the layers, after all land has been added: each contains the nearer ones.
     pub(crate) fn finish(&mut self) {
+        if self.touched.is_empty() {
+            return;
+        }
         let count = self.slopes.len();
         for from in (count..self.layers.len()).step_by(count) {
             let (nearer, rest) = self.layers.split_at_mut(from);
-            let nearer = &nearer[from - count..];
-            rest[..count].iter_mut().zip(nearer).for_each(|(slope, nearer)| *slope = slope.max(*nearer));
+            let nearer = &nearer[from - count..][self.touched.clone()];
+            rest[self.touched.clone()].iter_mut().zip(nearer).for_each(|(slope, nearer)| *slope = slope.max(*nearer));
         }
     }
 
@@ -209,7 +239,8 @@ impl Skyline {
         let count = self.slopes.len();
         let layer = (layer_within(seen.far_m2) + 1).max(0) as usize;
         let layer = (layer < LAYERS && !self.layers.is_empty()).then_some(layer * count);
-        for range in seen.steps(count, true) {
+        for range in seen.steps(count, true).into_iter().filter(|range| !range.is_empty()) {
+            self.touched = self.touched.start.min(range.start)..self.touched.end.max(range.end);
             if let Some(from) = layer {
                 let of_layer = &mut self.layers[from + range.start..from + range.end];
                 of_layer.iter_mut().for_each(|blocked| *blocked = blocked.max(slope));
@@ -284,6 +315,32 @@ mod tests {
         assert!(horizon.hides_behind(&slab([-100.0, 20_000.0], [100.0, 20_200.0], -50.0, 4000.0), 0.0), "the mountain");
         assert!(!horizon.hides_behind(&slab([-100.0, 930.0], [100.0, 990.0], -50.0, 20.0), 0.0), "it is on the ridge");
         assert!(!Skyline::new(200.0, false).hides_behind(&meadow, 0.0), "without layers, nothing is hidden");
+    }
+
+    #[test]
+    fn a_skyline_in_the_memory_of_another_hides_what_a_new_one_hides() {
+        let lands = [
+            slab([-500.0, 900.0], [500.0, 1000.0], 100.0, 150.0),
+            // Across the direction 0, from which directions are counted.
+            slab([900.0, -500.0], [1000.0, 500.0], 100.0, 150.0),
+            slab([-9000.0, 9000.0], [9000.0, 9900.0], 3000.0, 3500.0),
+        ];
+        let mut used = Skyline::new(200.0, true);
+        lands.iter().for_each(|land| add(&mut used, land));
+        used.finish();
+        for land in &lands {
+            let (mut fresh, mut again) = (Skyline::new(200.0, true), used.clone().emptied(200.0, true));
+            // The planted error: without being emptied, it hides what the other land hides.
+            let mut stale = used.clone();
+            for skyline in [&mut fresh, &mut again, &mut stale] {
+                add(skyline, land);
+                skyline.finish();
+            }
+            assert_eq!((&again.slopes, &again.layers), (&fresh.slopes, &fresh.layers));
+            assert_ne!(stale.slopes, fresh.slopes);
+        }
+        let other = used.emptied(300.0, false);
+        assert_eq!((other.slopes.len(), other.layers.len()), (directions(300.0), 0));
     }
 
     #[test]

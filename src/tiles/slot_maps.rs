@@ -4,8 +4,8 @@
 //! the sun, or the sea level) or when more of the tiles that it depends on have been loaded
 //! ([`map_neighbours`](super::map_neighbours)). It is not recomputed when some of them have gone, because the map with
 //! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by
-//! the error that is visible while a coarser one is used, then the oldest. They fade in as the surface's detail does
-//! ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
+//! the error that is visible while a coarser one is used, then the oldest; then those of tiles that the view will need in
+//! a moment. They fade in as the surface's detail does ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.
 
@@ -25,8 +25,14 @@ use crate::pyramid::{LevelSize, TileAddress};
 
 /// A storage format of one channel that every backend has; a texel packs several small numbers.
 pub(crate) const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// Number of maps of a kind that a frame computes if it must not wait, and that each submit computes otherwise.
+/// Number of maps of a kind that a short frame computes if it must not wait, and that each submit computes otherwise.
 pub(crate) const MAPS_AT_ONCE: usize = 4;
+/// Number of maps of a kind for each second since the last frame, up to eight times [`MAPS_AT_ONCE`] in a frame.
+const MAPS_PER_S: f64 = 960.0;
+
+/// Number of maps for which a frame that must not wait looks whether more tiles have come around theirs. Where memory is
+/// short, that may be hundreds, each with dozens of tiles around it.
+const LOOKS_AT_ONCE: usize = 64;
 
 /// How a map was computed.
 struct Made<K> {
@@ -60,10 +66,17 @@ pub(crate) struct SlotMaps<K> {
     /// The floor by which a picture stays above the levels of missing maps.
     floor: ResidencyFloor,
     jobs: Vec<MapJob>,
+    /// Number of maps in view that were computed without some of the tiles around them.
+    incomplete: usize,
     /// The version of the residency and the key for which nothing was left to compute and nothing was fading in.
     settled: Option<(u64, K)>,
     /// Changes whenever a map is computed or forgotten.
     version: u64,
+}
+
+/// Returns the largest number of maps of a kind for a frame that must not wait, by the time since the last frame.
+pub(crate) fn maps_of_frame(elapsed_s: f64) -> usize {
+    ((elapsed_s * MAPS_PER_S) as usize).clamp(MAPS_AT_ONCE, 8 * MAPS_AT_ONCE)
 }
 
 /// The parameters of a frame for its maps.
@@ -75,6 +88,8 @@ pub(crate) struct MapStep {
     pub most: usize,
     /// Time since the last frame, in seconds; `None` disables fading.
     pub fade_step_s: Option<f64>,
+    /// Whether the camera rests.
+    pub is_at_rest: bool,
 }
 
 impl<K: Copy + PartialEq> SlotMaps<K> {
@@ -107,6 +122,7 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             made: FxHashMap::default(),
             floor: ResidencyFloor::default(),
             jobs: Vec::new(),
+            incomplete: 0,
             settled: None,
             version: 0,
         }
@@ -178,25 +194,33 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
     }
 
     /// Chooses the maps to compute in this frame among those that the view needs, and marks them as computed. Returns
-    /// whether the next frame of the same view would have other maps, because some are left for it or are fading in.
+    /// whether the next frame of the same view would have other maps, because some are left for it or are fading in. While
+    /// the camera moves, maps that could be better do not count.
     pub(crate) fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: MapStep) -> bool {
-        let MapStep { frame, most, fade_step_s } = step;
+        let MapStep { frame, most, fade_step_s, is_at_rest } = step;
         self.jobs.clear();
         if self.settled == Some((residency.version(), self.key)) {
             return false;
         }
-        let Residency { atlas, needed, map_neighbours, .. } = residency;
+        let Residency { atlas, needed, map_neighbours, mapped_ahead, .. } = residency;
         // A map depends on tiles in the page table only, not on others that are in the atlas by chance.
         let needed_tiles = needed.iter().map(|tile| tile.address);
-        let in_table: FxHashSet<TileAddress> = needed_tiles.chain(map_neighbours.iter().copied()).collect();
+        let in_table: FxHashSet<TileAddress> =
+            needed_tiles.chain(map_neighbours.iter().chain(mapped_ahead).copied()).collect();
         let is_there = |(bit, tile)| Around::from(in_table.contains(&tile) && atlas.get(tile).is_some()) << bit;
+        // Incomplete maps are looked at in turns.
+        let turns = if most == usize::MAX { 1 } else { self.incomplete.div_ceil(LOOKS_AT_ONCE).max(1) };
+        let mut incomplete = 0;
         let mut stale: Vec<_> = needed
             .iter()
             .filter_map(|tile| {
                 let resident = atlas.get(tile.address)?;
                 let made = self.made_of(atlas, tile.address);
-                if made.is_some_and(|made| made.key == self.key && made.is_complete) {
-                    return None;
+                if let Some(made) = made.filter(|made| made.key == self.key) {
+                    incomplete += usize::from(!made.is_complete);
+                    if made.is_complete || incomplete % turns != frame as usize % turns {
+                        return None;
+                    }
                 }
                 let there = around(levels, tile.address).map(is_there).fold(0, |set, bit: Around| set | bit);
                 let is_good = made.is_some_and(|made| made.key == self.key && there & !made.around == 0);
@@ -204,6 +228,7 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
                 (!is_good).then_some((age, tile, resident, there))
             })
             .collect();
+        self.incomplete = incomplete;
         stale.sort_unstable_by(|(age, tile, ..), (other_age, other, ..)| {
             // A parent is at least as urgent as its children, and precedes them.
             let by_urgency = other.urgency.total_cmp(&tile.urgency);
@@ -211,16 +236,30 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             age.cmp(other_age).then(by_urgency).then(other.level.cmp(&address.level)).then(address.cmp(&other))
         });
         stale.dedup_by_key(|(_, tile, ..)| tile.address);
-        let is_late = stale.len() > most;
+        let unmade = stale.iter().filter(|(_, tile, ..)| self.made_of(atlas, tile.address).is_none()).count();
+        let has_more = stale.len() > most;
+        let is_late = if is_at_rest { has_more } else { unmade > most };
         stale.truncate(most);
-        self.version += u64::from(!stale.is_empty());
-        for (_, tile, resident, there) in stale {
-            let TileAddress { level, x, y } = tile.address;
+        let of_view = stale.into_iter().map(|(_, tile, resident, there)| (tile.address, resident, there));
+        let mut planned: Vec<_> = of_view.collect();
+        // What the view leaves over is for the near future; those maps are made again when more is around their tiles.
+        for tile in mapped_ahead {
+            if planned.len() < most
+                && self.made_of(atlas, *tile).is_none_or(|made| made.key != self.key)
+                && let Some(resident) = atlas.get(*tile)
+            {
+                let there = around(levels, *tile).map(is_there).fold(0, |set, bit: Around| set | bit);
+                planned.push((*tile, resident, there));
+            }
+        }
+        self.version += u64::from(!planned.is_empty());
+        for (tile, resident, there) in planned {
+            let TileAddress { level, x, y } = tile;
             let (slot, arrived_s) = (resident.slot, resident.arrived_s);
             self.jobs.push(MapJob { slot: slot as i32, level: level as i32, tile: [x as i32, y as i32] });
-            let exist = around(levels, tile.address).fold(0, |set, (bit, _)| set | Around::from(true) << bit);
+            let exist = around(levels, tile).fold(0, |set, (bit, _)| set | Around::from(true) << bit);
             let made = Made { slot, arrived_s, around: there, is_complete: there == exist, key: self.key, frame };
-            self.made.insert(tile.address, made);
+            self.made.insert(tile, made);
         }
         // Forget maps of tiles that have left the atlas.
         if self.made.len() > 2 * self.slots as usize {
@@ -230,7 +269,8 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         let by_level: Vec<_> = by_level(is_made, Vec::new()).collect();
         self.floor.update(by_level.into_iter(), fade_step_s);
         let goes_on = is_late || self.floor.is_fading();
-        self.settled = (!goes_on && self.jobs.is_empty()).then_some((residency.version(), self.key));
+        let is_settled = !goes_on && !has_more && self.jobs.is_empty() && turns == 1;
+        self.settled = is_settled.then_some((residency.version(), self.key));
         goes_on
     }
 }

@@ -106,6 +106,7 @@ impl<'a> Walk<'a> {
         is_layered: bool,
     ) -> (Self, NodeId) {
         let root = tree.begin(patches.strides() as i32 - 1);
+        let skyline = tree.empty_skyline(viewpoint.focal_px, is_layered);
         let walk = Self {
             tree,
             patches,
@@ -115,7 +116,7 @@ impl<'a> Walk<'a> {
             finest_level: -units_log2(patches.size()),
             leaves: Vec::new(),
             removed: 0,
-            skyline: Skyline::new(viewpoint.focal_px, is_layered),
+            skyline,
             spacing_m: grid_projection.spacing_m(),
             max_patches,
             visits: 0,

@@ -1,15 +1,17 @@
 //! The last frames of a flight, drawn again: without a timer around each pass, as a window draws them, for the time of a
-//! frame and the time from one to the next; then with traces, for what they give the GPU to do. A traced frame waits for
-//! the GPU and reads counters back, so its times are not reported, and no frame of the flight itself is traced.
+//! frame and the time from one to the next; with timers, but without waiting, for the times of passes on a GPU that is
+//! busy; and with traces, for what the frames give the GPU to do. A traced frame waits for the GPU and reads counters
+//! back, so its times are not reported, and no frame of the flight itself is traced.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use super::style_run::StyleRun;
 use crate::gpu::recorder::Submits;
+use crate::gpu::timer::{FRAME, PassTime};
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::statistics::Percentiles;
-use crate::measure::work::Untimed;
+use crate::measure::work::{BusyGpu, Untimed};
 use crate::scene::camera::Camera;
 
 /// Number of frames in flight at the same time: the GPU draws one while the thread prepares the next.
@@ -18,6 +20,9 @@ const IN_FLIGHT: usize = 2;
 const WARM_UP_FRAMES: usize = 2;
 /// Least time for which frames are drawn before they are measured, since a GPU that was idle raises its clocks slowly.
 const WARM_UP: Duration = Duration::from_millis(300);
+/// How often each frame is drawn for [`BusyGpu`]. The first drawing counts, and the others give the GPU something to do
+/// while the frame thread prepares the next frame.
+const REPEATS: usize = 3;
 /// Least number of frames that are traced; of a style with strokes, one more than it takes until they are rebuilt.
 const TRACED_FRAMES: usize = 4;
 
@@ -91,6 +96,55 @@ impl StyleRun {
         Ok(())
     }
 
+    /// Draws the frames of `cameras` with a timer around each pass, without waiting for any but the frame before the last,
+    /// so that the GPU is never idle. Does nothing on a software driver, which waits for each pass that is timed.
+    pub(super) fn measure_busy(
+        &mut self,
+        gpu: &Gpu,
+        size_px: [u32; 2],
+        cameras: &[(Camera, f64)],
+    ) -> Result<(), GpuError> {
+        if gpu.is_software() || cameras.len() <= WARM_UP_FRAMES {
+            return Ok(());
+        }
+        self.set_submits(Submits::Timed);
+        while self.take_times().is_some() {}
+        let begun = Instant::now();
+        let (mut in_flight, mut counted, mut times) = (VecDeque::new(), VecDeque::new(), Vec::new());
+        // The frames are drawn until the clocks are up, and then once more.
+        let mut counting = None;
+        for number in 0.. {
+            if counting.is_none() && number >= WARM_UP_FRAMES && begun.elapsed() > WARM_UP {
+                counting = Some(number);
+            }
+            if counting.is_some_and(|from| number == from + cameras.len()) {
+                break;
+            }
+            let (camera, t_s) = &cameras[to_and_fro(number, cameras.len())];
+            let mut frame = self.begin_frame(gpu, size_px, camera, *t_s);
+            for repeat in 0..REPEATS {
+                self.draw_begun(gpu, &mut frame)?;
+                counted.push_back(counting.is_some() && repeat == 0);
+                in_flight.push_back(gpu.queue.submit([]));
+                if in_flight.len() >= IN_FLIGHT
+                    && let Some(oldest) = in_flight.pop_front()
+                {
+                    gpu.wait_for(oldest);
+                }
+                while let Some(of_frame) = self.take_times() {
+                    times.extend(counted.pop_front().unwrap_or(false).then_some(of_frame));
+                }
+            }
+        }
+        gpu.wait();
+        while let Some(of_frame) = self.take_times() {
+            times.extend(counted.pop_front().unwrap_or(false).then_some(of_frame));
+        }
+        gpu.check()?;
+        self.busy = busy(&times);
+        Ok(())
+    }
+
     /// Draws frames of `cameras` with traces, and stores what each of them gave the GPU to do in the record of its frame.
     /// `cameras` are those of the last records, from the last one back.
     pub(super) fn trace(&mut self, gpu: &Gpu, size_px: [u32; 2], cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
@@ -117,6 +171,22 @@ impl StyleRun {
     }
 }
 
+/// Returns the percentiles of whole frames, and the medians of passes over the frames that ran them; `None` without times.
+fn busy(times: &[Vec<PassTime>]) -> Option<BusyGpu> {
+    let mut by_pass: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
+    for time in times.iter().flatten() {
+        by_pass.entry(&time.name).or_default().push(time.gpu_ms);
+    }
+    let frames_ms = by_pass.remove(FRAME)?;
+    let frames = frames_ms.len() as u64;
+    let median = |(name, times_ms): (&str, Vec<f64>)| Some((name.to_owned(), Percentiles::of(times_ms)?.p50));
+    Some(BusyGpu {
+        frames,
+        gpu_ms: Percentiles::of(frames_ms)?,
+        passes_ms: by_pass.into_iter().filter_map(median).collect(),
+    })
+}
+
 /// Returns the index of the `number`th item if a list of `length` items is walked from the first to the last, back to the
 /// first, and so on.
 fn to_and_fro(number: usize, length: usize) -> usize {
@@ -128,6 +198,21 @@ fn to_and_fro(number: usize, length: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_pass_has_the_median_of_the_frames_that_ran_it() {
+        let time = |name: &str, gpu_ms| PassTime { name: name.to_owned(), gpu_ms };
+        let frames = [
+            vec![time(FRAME, 5.0), time("raster", 2.0)],
+            vec![time(FRAME, 7.0), time("raster", 4.0), time("strokes", 3.0)],
+            vec![time(FRAME, 6.0), time("raster", 3.0)],
+        ];
+        let busy = busy(&frames).expect("frames were timed");
+        assert_eq!((busy.frames, busy.gpu_ms.p50, busy.gpu_ms.max), (3, 6.0, 7.0));
+        let passes: Vec<_> = busy.passes_ms.iter().map(|(name, ms)| (name.as_str(), *ms)).collect();
+        assert_eq!(passes, [("raster", 3.0), ("strokes", 3.0)]);
+        assert_eq!(super::busy(&[]), None);
+    }
 
     #[test]
     fn cameras_are_visited_to_and_fro() {

@@ -8,19 +8,19 @@ use super::passes::TracedPasses;
 use crate::frame::{self, FrameCpu, Renderer};
 use crate::gpu::cache_counts::CacheCounts;
 use crate::gpu::recorder::Submits;
-use crate::gpu::timer::FRAME;
+use crate::gpu::timer::{FRAME, PassTime};
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::report::{Memory, Run};
 use crate::measure::statistics::FrameRecord;
 use crate::measure::stereo::StereoTotals;
 use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
-use crate::measure::work::{CPU_TILES, CacheUse, FrameWork, GPU_TILES, Start, Untimed};
+use crate::measure::work::{BusyGpu, CPU_TILES, CacheUse, FrameWork, GPU_TILES, Start, Untimed};
 use crate::measure::{lod_error, memory};
 use crate::picture::nearest;
-use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, Rig, View};
+use crate::scene::{Light, Scene};
 use crate::source::Silent;
 use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
@@ -51,6 +51,7 @@ pub(super) struct StyleRun {
     after: Counts,
     start: Option<Start>,
     pub(super) untimed: Option<Untimed>,
+    pub(super) busy: Option<BusyGpu>,
     failed_tiles: u64,
     /// Start of the first frame that counts; none before it.
     begun: Option<Instant>,
@@ -82,6 +83,13 @@ struct Drawn {
     wait_ms: f64,
 }
 
+/// A frame whose tiles and patches have been chosen.
+pub(super) struct BegunFrame {
+    rig: Rig,
+    prepared: Prepared,
+    light: Light,
+}
+
 impl StyleRun {
     pub(super) fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
@@ -103,6 +111,7 @@ impl StyleRun {
             after: Counts::default(),
             start: None,
             untimed: None,
+            busy: None,
             failed_tiles: 0,
             begun: None,
             checks: Duration::ZERO,
@@ -155,6 +164,13 @@ impl StyleRun {
         camera: &Camera,
         t_s: f64,
     ) -> Result<f64, GpuError> {
+        let begun = self.begin_frame(gpu, size_px, camera, t_s);
+        self.draw_begun(gpu, &begun)?;
+        Ok(begun.prepared.prepare_ms)
+    }
+
+    /// Chooses the tiles and patches of a frame.
+    pub(super) fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> BegunFrame {
         let pose = self.world.pose(camera);
         let (previous, before_s) = self.previous.replace((pose, t_s)).unwrap_or((pose, t_s));
         let view = View::whole(previous, pose, size_px).at(Clock { now_s: t_s, before_s });
@@ -162,8 +178,18 @@ impl StyleRun {
         self.renderer.set_step_s((t_s - before_s).abs());
         let rig = self.renderer.jittered(&self.rig(&view), &self.style);
         let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
-        self.renderer.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
-        Ok(prepared.prepare_ms)
+        BegunFrame { rig, prepared, light }
+    }
+
+    /// Records and submits a frame of [`StyleRun::begin_frame`], also more than once.
+    pub(super) fn draw_begun(&mut self, gpu: &Gpu, frame: &BegunFrame) -> Result<(), GpuError> {
+        let BegunFrame { rig, prepared, light } = frame;
+        self.renderer.render_rig(gpu, &self.world.surfaces, prepared, rig, &self.style, light)
+    }
+
+    /// Returns the GPU times of the oldest frame whose times have not been taken, if the GPU has finished it.
+    pub(super) fn take_times(&mut self) -> Option<Vec<PassTime>> {
+        self.renderer.take_times()
     }
 
     /// Returns what the last frame gave the GPU to do, and notes its passes; `None` if it was not traced.
@@ -314,6 +340,7 @@ impl StyleRun {
         run.antialias = self.renderer.antialias().to_string();
         run.start = self.start;
         run.untimed = self.untimed;
+        run.busy = self.busy.clone();
         let used = |((name, after), (_, before)): ((&'static str, CacheCounts), (_, CacheCounts))| {
             let CacheCounts { hits, misses } = after.since(before);
             (name.to_owned(), CacheUse { hits, misses })

@@ -47,8 +47,9 @@ const LOOK_S: f64 = 0.1;
 /// The fraction of the slots left over into which foreseen tiles are loaded. Those that are there may stay in all of
 /// them: a tile whose rank varies a little is not loaded and evicted in turn.
 const LOADED_SOON: f64 = 0.85;
-/// The fraction of the slots that tiles for maps may take from those of the surface.
-const MAX_OF_MAPS: f64 = 0.5;
+/// The fraction of the slots that tiles for maps may take from those of the surface, and that they get while the camera
+/// moves: if they got more, the tiles of the near future would have no slots.
+const MAX_OF_MAPS: f64 = 0.125;
 
 /// The view for which a list was found.
 pub(super) struct Found {
@@ -57,8 +58,10 @@ pub(super) struct Found {
     /// The camera and frusta of the last frame that used the list.
     camera_m: DVec3,
     frusta: Vec<Frustum>,
+    /// Whether that frame had the camera and frusta of the one before.
+    is_at_rest: bool,
     /// Whether there is no margin.
-    is_exact: bool,
+    pub is_exact: bool,
     at_s: f64,
     /// The frame in which it was found.
     pub frame: u64,
@@ -86,6 +89,7 @@ impl Residency {
         let rule = &movement.rule;
         let Some(found) = self.found.as_mut().filter(|_| streams && !movement.has_jumped) else { return true };
         let is_at_rest = found.camera_m == rule.camera_m && found.frusta == rule.frusta;
+        found.is_at_rest = is_at_rest;
         (found.camera_m, found.frusta) = (rule.camera_m, rule.frusta.clone());
         let age_s = now_s - found.at_s;
         let has_changed = found.arrivals != self.arrivals;
@@ -110,8 +114,7 @@ impl Residency {
     ) {
         let before = self.found.take().filter(|_| streams && !movement.has_jumped);
         let view = &movement.rule;
-        let is_at_rest =
-            before.as_ref().is_some_and(|found| found.camera_m == view.camera_m && found.frusta == view.frusta);
+        let is_at_rest = before.as_ref().is_some_and(|found| found.is_at_rest);
         let is_exact = !streams || is_at_rest || movement.has_jumped;
         let step_s = before.as_ref().map(|found| now_s - found.at_s);
         let rule = if is_exact { view.clone() } else { self.with_margin(grid_projection, movement) };
@@ -120,20 +123,23 @@ impl Residency {
             && all.iter().zip(&self.needed).all(|(tile, before)| tile.address == before.address);
         self.needed = all;
         let before_set = (before.is_some() && !is_same).then(|| self.needed_set.clone());
-        if !is_same || before.as_ref().is_none_or(|found| found.needs_map_neighbours != movement.needs_map_neighbours) {
+        let is_like =
+            |found: &Found| found.needs_map_neighbours == movement.needs_map_neighbours && found.is_exact == is_exact;
+        if !is_same || !before.as_ref().is_some_and(is_like) {
             self.needed_set = self.needed.iter().map(|tile| tile.address).collect();
-            self.find_map_neighbours(movement.needs_map_neighbours);
+            self.find_map_neighbours(movement.needs_map_neighbours, is_exact);
             self.absent = if self.store.is_sparse() { self.absent_neighbours() } else { Vec::new() };
             self.version += 1;
         }
         if streams {
             self.mark_needed(before_set.as_ref(), frame);
-            self.look_ahead(grid_projection, movement, frame, now_s);
+            self.look_ahead(grid_projection, movement, is_exact, frame, now_s);
         }
         self.found = Some(Found {
             rule,
             camera_m: view.camera_m,
             frusta: view.frusta.clone(),
+            is_at_rest,
             is_exact,
             at_s: now_s,
             frame,
@@ -254,11 +260,13 @@ impl Residency {
     }
 
     /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
-    fn find_map_neighbours(&mut self, needs_map_neighbours: bool) {
+    fn find_map_neighbours(&mut self, needs_map_neighbours: bool, is_exact: bool) {
         self.map_neighbours.clear();
         if needs_map_neighbours {
+            let slots = self.atlas.slots() as usize;
+            let most = if is_exact || self.fits_all { slots } else { (slots as f64 * MAX_OF_MAPS) as usize };
             self.map_neighbours = map_neighbours(&*self.store, &self.needed);
-            self.map_neighbours.truncate((self.atlas.slots() as usize).saturating_sub(self.needed.len()));
+            self.map_neighbours.truncate(most.min(slots.saturating_sub(self.needed.len())));
         }
     }
 
@@ -302,7 +310,14 @@ impl Residency {
     }
 
     /// Hands the coming views to the prefetcher, and takes the tiles that it has found.
-    fn look_ahead(&mut self, grid_projection: &GridProjection, movement: &Movement, frame: u64, now_s: f64) {
+    fn look_ahead(
+        &mut self,
+        grid_projection: &GridProjection,
+        movement: &Movement,
+        is_exact: bool,
+        frame: u64,
+        now_s: f64,
+    ) {
         let start = || Prefetcher::new(std::sync::Arc::clone(&self.store), grid_projection.clone());
         let prefetcher = self.prefetcher.take().unwrap_or_else(start);
         if movement.has_jumped {
@@ -321,6 +336,14 @@ impl Residency {
         let is_near = |tile: &&Needed| f64::from(tile.factor) > factor && !self.needed_set.contains(&tile.address);
         let near: Vec<TileAddress> = foreseen.near.iter().filter(is_near).take(room).map(|tile| tile.address).collect();
         self.missing_near = near.iter().copied().filter(|tile| self.atlas.want(*tile, frame).is_none()).collect();
+        // The picture of a camera at rest depends on the tiles of its view only.
+        let maps_ahead = movement.needs_map_neighbours && !is_exact;
+        let is_there = |tile: &TileAddress| maps_ahead && self.atlas.get(*tile).is_some();
+        let mapped_ahead: Vec<TileAddress> = near.iter().copied().filter(is_there).collect();
+        if mapped_ahead != self.mapped_ahead {
+            self.mapped_ahead = mapped_ahead;
+            self.version += 1;
+        }
         let room = room - near.len();
         let most_loads = (room as f64 * LOADED_SOON) as usize;
         self.missing_soon.clear();

@@ -10,9 +10,12 @@ use std::cell::RefCell;
 use std::time::Instant;
 
 use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 use super::{Loading, Terrain};
 use crate::gpu::Gpu;
+use crate::pyramid::TileAddress;
+use crate::pyramid::surface::statistics::PAGE_PATCHES;
 use crate::scene::frustum::Frustum;
 use crate::tiles::budget::{Budget, Search, max_patches};
 use crate::tiles::needed::LevelRule;
@@ -21,7 +24,7 @@ use crate::tiles::patches::ResidentPatches;
 use crate::tiles::residency::{Loaded, Movement};
 use crate::tiles::select::select_in;
 use crate::tiles::selection::{Selection, Viewpoint};
-use crate::tiles::slot_maps::{MAPS_AT_ONCE, MapStep, SlotMaps};
+use crate::tiles::slot_maps::{MapStep, SlotMaps, maps_of_frame};
 use crate::tiles::terrain_buffers::TerrainUniform;
 
 /// The fraction of the allowed error that the choice of the tile level may use. The other half is for deviations between
@@ -31,6 +34,12 @@ const LEVEL_SHARE: f64 = 0.5;
 /// Tiles for the mesh are loaded level by level; a frame that requests tiles more often than this uses the existing
 /// ones.
 const MAX_ROUNDS: u32 = 1000;
+
+/// A file whose tiles do not fit into memory is tried with errors this many times larger, one after the other.
+const RAISE: f64 = 1.189_207_115_002_721; // A quarter of an octave.
+/// The factor from which on the error of a file is not raised: what does not fit then never will, because the tiles around
+/// the camera are needed whatever the error.
+const MAX_RAISE: f64 = 64.0;
 
 /// The smallest allowed error, in pixels, that affects the choice of tiles: finer heights are not visible in a picture.
 const FINEST_LEVEL_ERROR_PX: f64 = 1.0 / 64.0;
@@ -93,6 +102,26 @@ struct Fitted {
     detail: Detail,
     /// Time since the last frame, in seconds; `None` disables fading, as in [`MapStep::fade_step_s`].
     fade_step_s: Option<f64>,
+    /// Time since the last frame, in seconds.
+    elapsed_s: f64,
+    /// Whether the camera rests.
+    is_at_rest: bool,
+}
+
+/// Adds the tiles of a selection's patches and the tiles above them, of a pyramid with `levels` levels.
+fn add_tiles_of(selection: &Selection, levels: u32, tiles: &mut FxHashSet<TileAddress>) {
+    for key in &selection.leaves {
+        // Patches finer than the data are in tiles of level 0.
+        let below = (-key.level).max(0);
+        let (level, x, y) = (key.level.max(0) as u32, (key.x >> below) as u32, (key.y >> below) as u32);
+        for up in 0..levels.saturating_sub(level) {
+            let tile = TileAddress { level: level + up, x: (x >> up) / PAGE_PATCHES, y: (y >> up) / PAGE_PATCHES };
+            // What is above a tile that is known is known too.
+            if !tiles.insert(tile) {
+                break;
+            }
+        }
+    }
 }
 
 impl Terrain {
@@ -113,23 +142,26 @@ impl Terrain {
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
         let fitted = self.fit(gpu, view, self.needs_horizons || self.needs_water);
-        let Fitted { rule, selection, mut tiles, jumped, detail, fade_step_s } = fitted;
+        let Fitted { rule, selection, mut tiles, jumped, detail, fade_step_s, elapsed_s, is_at_rest } = fitted;
         let streams = self.options.loading == Loading::Stream;
-        let most = if streams { MAPS_AT_ONCE } else { usize::MAX };
-        let step = MapStep { frame: self.frame, most, fade_step_s };
+        let most = if streams { maps_of_frame(elapsed_s) } else { usize::MAX };
+        let step = MapStep { frame: self.frame, most, fade_step_s, is_at_rest };
         if let Some(horizons) = self.horizon_maps.as_mut().filter(|_| self.needs_horizons) {
-            tiles.late |= horizons.maps.plan(&self.residency, self.store.levels(), step);
+            tiles.late_maps |= horizons.maps.plan(&self.residency, self.store.levels(), step);
         }
         if let Some(maps) = self.water_maps.as_mut().filter(|_| self.needs_water) {
-            tiles.late |= maps.plan(&self.residency, self.store.levels(), step);
+            tiles.late_maps |= maps.plan(&self.residency, self.store.levels(), step);
         }
+        tiles.late_land = tiles.late;
+        tiles.late |= tiles.late_maps;
         self.write_buffers(gpu, &rule);
         Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
     }
 
     /// Loads tiles and selects patches. For a file, it repeats until a pass loads nothing and requests nothing: after three
     /// passes without an upload, the missing tiles count as without room; then the mesh is selected, and if it requests
-    /// tiles that can still be loaded, the loop begins again, at most [`MAX_ROUNDS`] times. A window makes one pass.
+    /// tiles that can still be loaded, the loop begins again, at most [`MAX_ROUNDS`] times. If memory is too small for the
+    /// tiles, the loop begins again with a larger error, which depends on the view alone. A window makes one pass.
     fn fit(&mut self, gpu: &Gpu, view: &TerrainView, needs_map_neighbours: bool) -> Fitted {
         self.frame += 1;
         self.horizon_rad = view.horizon_rad;
@@ -150,10 +182,17 @@ impl Terrain {
         let mut tiles = Loaded::default();
         let mut idle = 0;
         let mut rounds = 0;
+        // All tiles that the mesh of a file has used or requested at this error.
+        let mut of_mesh: FxHashSet<TileAddress> = FxHashSet::default();
+        if !streams {
+            self.residency.set_memory_factor(1.0);
+        }
         loop {
             let requested = std::mem::take(&mut self.requested);
+            // Wider pixels are fewer pixels per radian. A window's list of tiles has the factor in it.
+            let raised = if streams { 1.0 } else { self.residency.memory_factor() };
             let movement = Movement {
-                rule: rule.clone(),
+                rule: LevelRule { focal_px: rule.focal_px / raised, ..rule.clone() },
                 velocity_m_s: step.velocity_m_s,
                 has_jumped: step.has_jumped(),
                 frame_s: step.elapsed_s,
@@ -163,6 +202,12 @@ impl Terrain {
             let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
+            if !streams && self.residency.is_short_of_slots() && raised < MAX_RAISE {
+                self.raise_error();
+                of_mesh.clear();
+                (idle, rounds) = (0, 0);
+                continue;
+            }
             // With an unreadable tile there will be no picture, so there is no reason to wait.
             let waits = !streams && tiles.failed == 0;
             // The last tiles may request more: only a pass without new tiles is final.
@@ -186,9 +231,18 @@ impl Terrain {
                 // The tiles for the smallest factor are loaded after those for a larger one.
                 (false, _) => &[Search::Roughly, Search::Exactly],
             };
-            let mut must_repeat = false;
+            let (mut must_repeat, mut must_raise) = (false, false);
             for search in searches {
-                selection = Some(self.select(view, fades.then_some(now_s), *search));
+                let selected = selection.insert(self.select(view, fades.then_some(now_s), *search));
+                if waits {
+                    of_mesh.extend(self.requested.keys());
+                    add_tiles_of(selected, self.store.levels().len() as u32, &mut of_mesh);
+                    // Tiles for which there is no slot would take each other's.
+                    must_raise = raised < MAX_RAISE && !self.residency.has_slots_for(&of_mesh);
+                    if must_raise {
+                        break;
+                    }
+                }
                 let can_still_come = || self.requested.keys().any(|tile| self.residency.can_come(*tile));
                 must_repeat = waits && idle < 3 && rounds < MAX_ROUNDS && can_still_come();
                 // A factor of 1 is exact.
@@ -197,6 +251,12 @@ impl Terrain {
                 }
             }
             rounds += 1;
+            if must_raise {
+                self.raise_error();
+                of_mesh.clear();
+                (idle, rounds) = (0, 0);
+                continue;
+            }
             let Some(selection) = selection.filter(|_| !must_repeat) else {
                 continue;
             };
@@ -209,10 +269,24 @@ impl Terrain {
                 is_over_budget: self.coarser > memory_factor,
                 memory_factor,
             };
-            // Wider pixels are fewer pixels per radian.
             let rule = LevelRule { focal_px: rule.focal_px / memory_factor, ..rule };
-            return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail, fade_step_s };
+            return Fitted {
+                rule,
+                selection,
+                tiles,
+                jumped: step.has_jumped(),
+                detail,
+                fade_step_s,
+                elapsed_s: step.elapsed_s,
+                is_at_rest: self.residency.list_is_exact(),
+            };
         }
+    }
+
+    /// Raises the error of a file because memory is too small for its tiles.
+    fn raise_error(&mut self) {
+        self.residency.set_memory_factor(self.residency.memory_factor() * RAISE);
+        self.requested.clear();
     }
 
     /// Selects the patches within the frame's budget; tiles that they miss are requested in the next frame.
@@ -255,7 +329,9 @@ impl Terrain {
         });
         self.requested = requested;
         self.coarser = coarser;
-        self.residency.set_skyline(skyline);
+        if let Some(used) = self.residency.set_skyline(skyline) {
+            self.tree.reuse(used);
+        }
         selection
     }
 
