@@ -154,13 +154,13 @@ fn faults(frames: &[FrameFacts], most_late: f64) -> Vec<String> {
     faults
 }
 
-/// Returns the fraction of the frames of the long flight that may be late. At 30 frames a second, water maps come later than
-/// the tiles of a view of 3840 × 2160, which its frames fill the memory with.
+/// Returns the fraction of the frames of the long flight that may be late: what was measured, and a little more. The 51 % of
+/// a view of 3840 × 2160 with water are a known fault (`docs/decisions/tile-streaming.md`).
 fn most_late([width_px, _]: [u32; 2], has_water: bool) -> f64 {
     match (has_water, width_px) {
-        (false, _) => 0.01,
+        (false, _) => 0.02,
         (true, ..=1920) => 0.04,
-        (true, _) => 1.0,
+        (true, _) => 0.6,
     }
 }
 

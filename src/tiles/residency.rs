@@ -1,7 +1,7 @@
 //! The scheduler of tiles: which are on the GPU, which are being loaded, and in which order.
 //!
-//! Tiles are requested in this order: those that the view needs and that are missing; those of the near future; others
-//! that are foreseen. Within each list, the tile whose parent, drawn instead, shows the largest error comes first, with a
+//! Tiles are requested in this order: those that the view needs and that are missing; those of the near future; those
+//! that only maps depend on; others that are foreseen. Within each list, the tile whose parent, drawn instead, shows the largest error comes first, with a
 //! preference for the middle of the view. The loader drops requests that are no longer made. A tile that cannot be read is
 //! retried at increasing intervals, while its parent is drawn instead (`residency/load.rs`).
 //!
@@ -115,13 +115,13 @@ pub(crate) struct Residency {
     needed_set: FxHashSet<TileAddress>,
     /// The view for which `needed` and `map_neighbours` were found.
     found: Option<Found>,
-    /// The tiles of `needed` and `map_neighbours` that are not on the GPU, the most urgent first.
+    /// The tiles of `needed` that are not on the GPU, the most urgent first.
     missing: Vec<Needed>,
     /// The tiles around needed ones that do not exist, because nothing finer is known there.
     absent: Vec<(TileAddress, bool)>,
     /// The tiles that will probably be needed soon.
     foreseen: Arc<Foreseen>,
-    /// The tiles of the near future that are not on the GPU, the most urgent first.
+    /// The tiles of the near future that are not on the GPU, the most urgent first, and then those of `map_neighbours`.
     missing_near: Vec<TileAddress>,
     /// The tiles that are missing for a smaller factor of the error, if there is room for them.
     missing_finer: Vec<TileAddress>,
@@ -145,7 +145,7 @@ pub(crate) struct Residency {
     ranges: HeightRanges,
     /// Changes whenever `needed`, `map_neighbours`, which of them are on the GPU, or `mapped_ahead` changes.
     version: u64,
-    /// Changes whenever a tile of `needed` or `map_neighbours` comes to the GPU.
+    /// Changes whenever a tile of `needed` comes to the GPU.
     arrivals: u64,
     hits: Hits,
 }
@@ -366,12 +366,14 @@ impl Residency {
         let is_of_view = |tile: &TileAddress| self.needed_set.contains(tile) || self.map_neighbours.contains(tile);
         let has_come = !streams || sent.iter().any(is_of_view);
         self.version += u64::from(has_come && !sent.is_empty());
-        self.arrivals += u64::from(has_come && !sent.is_empty());
+        self.arrivals += u64::from(!streams || sent.iter().any(|tile| self.needed_set.contains(tile)));
         self.hits.uploaded += loaded.loaded;
         for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
             let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MAX_TRIES);
             *(if given_up { &mut loaded.failed } else { &mut loaded.pending }) += 1;
         }
+        let missing_of_maps = self.map_neighbours.iter().filter(|tile| self.atlas.get(**tile).is_none()).count() as u64;
+        loaded.pending += if streams { missing_of_maps } else { 0 };
         if !streams {
             let is_coming = |tile: &&TileAddress| self.cache.peek(**tile).is_none() && self.can_be_read(**tile);
             loaded.pending += ground.iter().filter(is_coming).count() as u64;
@@ -386,7 +388,9 @@ impl Residency {
         }
         loaded.late = if streams {
             let coarser: Vec<TileAddress> = self.coarser_than_needed(&urgent, ends_in_view);
+            // At rest, the maps wait for the tiles around them.
             loaded.without_room > 0
+                || missing_of_maps > 0 && self.list_is_exact()
                 || coarser.into_iter().any(|tile| self.is_needed_now(grid_projection, &movement.rule, tile))
         } else {
             is_missing || !ends_in_view && !self.is_complete()

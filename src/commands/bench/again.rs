@@ -121,9 +121,9 @@ impl StyleRun {
                 break;
             }
             let (camera, t_s) = &cameras[to_and_fro(number, cameras.len())];
-            let mut frame = self.begin_frame(gpu, size_px, camera, *t_s);
+            let frame = self.begin_frame(gpu, size_px, camera, *t_s);
             for repeat in 0..REPEATS {
-                self.draw_begun(gpu, &mut frame)?;
+                self.draw_begun(gpu, &frame)?;
                 counted.push_back(counting.is_some() && repeat == 0);
                 in_flight.push_back(gpu.queue.submit([]));
                 if in_flight.len() >= IN_FLIGHT

@@ -9,7 +9,7 @@
 use glam::DVec3;
 use rustc_hash::FxHashSet;
 
-use super::{MAP_URGENCY, Movement, Residency};
+use super::{Movement, Residency};
 use crate::pyramid::TileAddress;
 use crate::scene::frustum::Frustum;
 use crate::tiles::earth_curvature::EarthCurvature;
@@ -303,9 +303,6 @@ impl Residency {
                 self.missing.push(*tile);
             }
         }
-        let is_missing = |tile: &&TileAddress| self.atlas.want(**tile, frame).is_none();
-        let of_maps = |address: &TileAddress| Needed { address: *address, urgency: MAP_URGENCY, factor: 1.0 };
-        self.missing.extend(self.map_neighbours.iter().filter(is_missing).map(of_maps));
         self.missing = in_order(std::mem::take(&mut self.missing));
     }
 
@@ -335,7 +332,8 @@ impl Residency {
         let factor = self.memory_factor.value();
         let is_near = |tile: &&Needed| f64::from(tile.factor) > factor && !self.needed_set.contains(&tile.address);
         let near: Vec<TileAddress> = foreseen.near.iter().filter(is_near).take(room).map(|tile| tile.address).collect();
-        self.missing_near = near.iter().copied().filter(|tile| self.atlas.want(*tile, frame).is_none()).collect();
+        let near_then_of_maps = near.iter().chain(&self.map_neighbours).copied();
+        self.missing_near = near_then_of_maps.filter(|tile| self.atlas.want(*tile, frame).is_none()).collect();
         // The picture of a camera at rest depends on the tiles of its view only.
         let maps_ahead = movement.needs_map_neighbours && !is_exact;
         let is_there = |tile: &TileAddress| maps_ahead && self.atlas.get(*tile).is_some();
