@@ -16,7 +16,7 @@ use hachure::scene::view::{Part, Pose, Rig, View};
 use hachure::style::Style;
 use hachure::surface::water::WATER;
 use hachure::tiles::Terrain;
-use hachure::tiles::slot_maps::MAPS_AT_ONCE;
+use hachure::tiles::slot_maps::MOST_MAPS;
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 use hachure::tones::balance::MARKS;
 use hachure::tones::water::{WATER_INK, WATERED};
@@ -190,7 +190,7 @@ fn differing<'a>(a: impl Iterator<Item = &'a Option<Pixel>>, b: impl Iterator<It
 #[test]
 fn cached_maps_equal_rebuilt_maps() {
     let Some((kept, most)) = flown(false) else { return };
-    assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
+    assert!((1..=MOST_MAPS).contains(&most), "{most} maps in a frame");
     let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
     let (rebuilt, _) = water_of(&mut world, OBLIQUE);
     let differ = differing(kept.iter(), rebuilt.iter());

@@ -3,7 +3,7 @@
 //! A map is computed when its tile has been loaded, and again when its key has changed (for example the direction to
 //! the sun, or the sea level) or when more of the tiles that it depends on have been loaded
 //! ([`map_neighbours`](super::map_neighbours)). It is not recomputed when some of them have gone, because the map with
-//! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by
+//! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps, or up to [`MOST_MAPS`] if it is long: first those that never were, ordered by
 //! the error that is visible while a coarser one is used, then the oldest; then those of tiles that the view will need in
 //! a moment. They fade in as the surface's detail does ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
 //!
@@ -27,8 +27,10 @@ use crate::pyramid::{LevelSize, TileAddress};
 pub(crate) const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 /// Number of maps of a kind that a short frame computes if it must not wait, and that each submit computes otherwise.
 pub(crate) const MAPS_AT_ONCE: usize = 4;
-/// Number of maps of a kind for each second since the last frame, up to eight times [`MAPS_AT_ONCE`] in a frame.
+/// Number of maps of a kind for each second since the last frame.
 const MAPS_PER_S: f64 = 960.0;
+/// The largest number of maps of a kind that a frame computes if it must not wait.
+pub(crate) const MOST_MAPS: usize = 8 * MAPS_AT_ONCE;
 
 /// Number of maps for which a frame that must not wait looks whether more tiles have come around theirs. Where memory is
 /// short, that may be hundreds, each with dozens of tiles around it.
@@ -76,7 +78,7 @@ pub(crate) struct SlotMaps<K> {
 
 /// Returns the largest number of maps of a kind for a frame that must not wait, by the time since the last frame.
 pub(crate) fn maps_of_frame(elapsed_s: f64) -> usize {
-    ((elapsed_s * MAPS_PER_S) as usize).clamp(MAPS_AT_ONCE, 8 * MAPS_AT_ONCE)
+    ((elapsed_s * MAPS_PER_S) as usize).clamp(MAPS_AT_ONCE, MOST_MAPS)
 }
 
 /// The parameters of a frame for its maps.
