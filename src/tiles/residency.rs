@@ -145,7 +145,7 @@ pub(crate) struct Residency {
     ranges: HeightRanges,
     /// Changes whenever `needed`, `map_neighbours`, which of them are on the GPU, or `mapped_ahead` changes.
     version: u64,
-    /// Changes whenever a tile of `needed` comes to the GPU.
+    /// Changes whenever a tile comes to the GPU that may change what is needed.
     arrivals: u64,
     hits: Hits,
 }
@@ -366,13 +366,17 @@ impl Residency {
         let is_of_view = |tile: &TileAddress| self.needed_set.contains(tile) || self.map_neighbours.contains(tile);
         let has_come = !streams || sent.iter().any(is_of_view);
         self.version += u64::from(has_come && !sent.is_empty());
-        self.arrivals += u64::from(!streams || sent.iter().any(|tile| self.needed_set.contains(tile)));
+        // Errors at a corner are those of all tiles that meet there, so those for maps may change what is needed. While the
+        // camera moves, the list is found often enough.
+        let changes_list = |tile: &TileAddress| self.list_is_exact() || self.needed_set.contains(tile);
+        self.arrivals += u64::from(!streams || has_come && sent.iter().any(changes_list));
         self.hits.uploaded += loaded.loaded;
         for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
             let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MAX_TRIES);
             *(if given_up { &mut loaded.failed } else { &mut loaded.pending }) += 1;
         }
-        let missing_of_maps = self.map_neighbours.iter().filter(|tile| self.atlas.get(**tile).is_none()).count() as u64;
+        let is_missing_for_maps = |tile: &&TileAddress| self.atlas.get(**tile).is_none() && self.can_be_read(**tile);
+        let missing_of_maps = self.map_neighbours.iter().filter(is_missing_for_maps).count() as u64;
         loaded.pending += if streams { missing_of_maps } else { 0 };
         if !streams {
             let is_coming = |tile: &&TileAddress| self.cache.peek(**tile).is_none() && self.can_be_read(**tile);
@@ -388,9 +392,10 @@ impl Residency {
         }
         loaded.late = if streams {
             let coarser: Vec<TileAddress> = self.coarser_than_needed(&urgent, ends_in_view);
-            // At rest, the maps wait for the tiles around them.
+            // At rest, the maps wait for the tiles around them, and the list is found again after the last tile.
+            let is_list_old = self.found.as_ref().is_some_and(|found| found.arrivals != self.arrivals);
             loaded.without_room > 0
-                || missing_of_maps > 0 && self.list_is_exact()
+                || self.list_is_exact() && (missing_of_maps > 0 || is_list_old)
                 || coarser.into_iter().any(|tile| self.is_needed_now(grid_projection, &movement.rule, tile))
         } else {
             is_missing || !ends_in_view && !self.is_complete()

@@ -65,7 +65,7 @@ pub(super) struct Found {
     at_s: f64,
     /// The frame in which it was found.
     pub frame: u64,
-    arrivals: u64,
+    pub arrivals: u64,
     needs_map_neighbours: bool,
 }
 
