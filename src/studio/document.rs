@@ -129,7 +129,7 @@ impl StyleDocument {
         self.solo.as_deref() == Some(layer)
     }
 
-    /// Hides a layer or shows it again. This is no edit: the file does not say what is hidden.
+    /// Hides a layer or shows it again. The file does not say which layers are hidden, so the text stays as it is.
     pub(crate) fn toggle_hidden(&mut self, layer: &str) {
         if !self.hidden.remove(layer) {
             self.hidden.insert(layer.to_owned());
@@ -345,7 +345,7 @@ impl StyleDocument {
     }
 }
 
-/// What a change of files did to a document.
+/// The result of reading the files of a document again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Reloaded {
     /// Nothing: the files say what the document says.

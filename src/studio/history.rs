@@ -9,7 +9,7 @@ const MAX_STEPS: usize = 200;
 /// A step that can be undone or redone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Step {
-    /// What the step does, for people.
+    /// Name of the step, as the buttons show it.
     name: String,
     /// The key that it changes, if it changes only one.
     key: Option<String>,

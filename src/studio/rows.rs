@@ -15,13 +15,13 @@ pub(crate) struct Section {
     pub title: String,
     /// One sentence of help.
     pub help: &'static str,
-    /// What the section is in the style.
+    /// Role of the section in the style.
     pub place: Place,
     /// The parameters that are values. Sections within the section follow it in the list of sections.
     pub rows: Vec<Row>,
 }
 
-/// What a section is in the style.
+/// The role of a section in the style.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
     /// It is always there.
@@ -45,7 +45,7 @@ pub(crate) struct Row {
     pub key: String,
     /// Name for people, without unit.
     pub label: String,
-    /// The definition.
+    /// Key, help, unit, range and default of the parameter.
     pub definition: Definition,
     /// The present value; `None` if an optional one is not given.
     pub value: Option<Value>,

@@ -21,13 +21,13 @@ pub(crate) enum SaveError {
     /// Another program has changed the file.
     #[error("{}: changed by another program since it was read; save under another name, or return to what is saved", path.display())]
     ChangedOutside {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// A file of this name exists.
     #[error("{}: exists and is not the style that is open; choose another name", path.display())]
     Exists {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
     /// The name cannot be that of a style file.

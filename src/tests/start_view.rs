@@ -19,7 +19,7 @@ const SIZE_PX: [u32; 2] = [96, 54];
 
 type Land = fn(f64, f64) -> f64;
 
-/// What a camera shows, measured by following the ray of each pixel over the land's own function.
+/// The contents of a camera's view, measured by following the ray of each pixel over the land's own function.
 #[derive(Debug)]
 struct Shown {
     /// Part of the picture without land.

@@ -49,7 +49,7 @@ fn octaves(per_s: f64, step_s: f64) -> f64 {
 }
 
 impl MemoryFactor {
-    /// Returns a factor that was chosen otherwise.
+    /// Returns a factor that does not follow the law of this module, for a frame that waits for its tiles.
     pub(crate) fn fixed(value: f64) -> Self {
         Self { value }
     }

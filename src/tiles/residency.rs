@@ -1,9 +1,10 @@
 //! The scheduler of tiles: which are on the GPU, which are being loaded, and in which order.
 //!
 //! Tiles are requested in this order: those that the view needs and that are missing; those of the near future; those
-//! that only maps depend on; others that are foreseen. Within each list, the tile whose parent, drawn instead, shows the largest error comes first, with a
-//! preference for the middle of the view. The loader drops requests that are no longer made. A tile that cannot be read is
-//! retried at increasing intervals, while its parent is drawn instead (`residency/load.rs`).
+//! that only maps depend on; others that are foreseen. Within each list, the tile whose parent, drawn instead, shows the
+//! largest error comes first, with a preference for the middle of the view. The loader drops requests that are no longer
+//! made. A tile that cannot be read is retried at increasing intervals, while its parent is drawn instead
+//! (`residency/load.rs`).
 //!
 //! Which tiles a view needs changes slowly, so the list is found with a margin and used for as long as the camera stays
 //! within it (`residency/find.rs`). If a view needs more tiles than there are slots, its pixels count as wider by a
@@ -53,10 +54,11 @@ pub struct Loaded {
     pub without_room: u64,
     /// Number of tiles that cannot be read; coarser ones are drawn instead.
     pub failed: u64,
-    /// Whether some of the surface is coarser than its allowed error requires, also while detail fades in, or its maps are.
+    /// Whether the land or its maps are late.
     pub late: bool,
-    /// Whether the land is, and whether the maps of its water or shadows are.
+    /// Whether some land is coarser than its allowed error requires, also while detail fades in.
     pub late_land: bool,
+    /// Whether maps of water or shadows are missing, could be better, or fade in.
     pub late_maps: bool,
 }
 

@@ -3,9 +3,10 @@
 //! A map is computed when its tile has been loaded, and again when its key has changed (for example the direction to
 //! the sun, or the sea level) or when more of the tiles that it depends on have been loaded
 //! ([`map_neighbours`](super::map_neighbours)). It is not recomputed when some of them have gone, because the map with
-//! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps, or up to [`MOST_MAPS`] if it is long: first those that never were, ordered by
-//! the error that is visible while a coarser one is used, then the oldest; then those of tiles that the view will need in
-//! a moment. They fade in as the surface's detail does ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
+//! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps, or up to [`MOST_MAPS`] if the last frame took
+//! long: first those that never were, ordered by the error that is visible while a coarser one is used, then the oldest;
+//! then those of tiles that the view will need in a moment. Maps fade in as the surface's detail does
+//! ([`ResidencyFloor`]). A frame for a file computes all maps, [`MAPS_AT_ONCE`] per submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.
 
@@ -90,7 +91,7 @@ pub(crate) struct MapStep {
     pub most: usize,
     /// Time since the last frame, in seconds; `None` disables fading.
     pub fade_step_s: Option<f64>,
-    /// Whether the camera rests.
+    /// Whether the camera rests, or the frame is for a file.
     pub is_at_rest: bool,
 }
 
@@ -210,8 +211,8 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         let in_table: FxHashSet<TileAddress> =
             needed_tiles.chain(map_neighbours.iter().chain(mapped_ahead).copied()).collect();
         let is_there = |(bit, tile)| Around::from(in_table.contains(&tile) && atlas.get(tile).is_some()) << bit;
-        // Incomplete maps are looked at in turns.
-        let turns = if most == usize::MAX { 1 } else { self.incomplete.div_ceil(LOOKS_AT_ONCE).max(1) };
+        // While the camera moves, incomplete maps are looked at in turns.
+        let turns = if is_at_rest { 1 } else { self.incomplete.div_ceil(LOOKS_AT_ONCE).max(1) };
         let mut incomplete = 0;
         let mut stale: Vec<_> = needed
             .iter()

@@ -26,7 +26,7 @@ const LABEL_WIDTH: f32 = 104.0;
 /// Distance from the border of the window in points.
 const MARGIN: f32 = 8.0;
 
-/// What a user asks for in the inspector.
+/// A request of the user in the inspector.
 #[derive(Clone, Debug)]
 pub(super) enum Edit {
     /// Set a parameter.
@@ -60,7 +60,7 @@ pub(super) enum Edit {
 pub(super) struct Shown {
     /// Area of the inspector, which messages avoid.
     pub rect: Option<egui::Rect>,
-    /// What the user asks for.
+    /// The requests of the user, in their order.
     pub edits: Vec<Edit>,
 }
 

@@ -131,18 +131,22 @@ impl StyleRun {
                 {
                     gpu.wait_for(oldest);
                 }
-                while let Some(of_frame) = self.take_times() {
-                    times.extend(counted.pop_front().unwrap_or(false).then_some(of_frame));
-                }
+                self.take_counted(&mut counted, &mut times);
             }
         }
         gpu.wait();
-        while let Some(of_frame) = self.take_times() {
-            times.extend(counted.pop_front().unwrap_or(false).then_some(of_frame));
-        }
+        self.take_counted(&mut counted, &mut times);
         gpu.check()?;
         self.busy = busy(&times);
         Ok(())
+    }
+
+    /// Takes the times of all frames that the GPU has finished, and adds those of frames that count. `counted` says which
+    /// of the frames under way count, the oldest first.
+    fn take_counted(&mut self, counted: &mut VecDeque<bool>, times: &mut Vec<Vec<PassTime>>) {
+        while let Some(of_frame) = self.take_times() {
+            times.extend(counted.pop_front().unwrap_or(false).then_some(of_frame));
+        }
     }
 
     /// Draws frames of `cameras` with traces, and stores what each of them gave the GPU to do in the record of its frame.
