@@ -9,7 +9,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use tempfile::{TempDir, TempPath};
+use tempfile::{NamedTempFile, TempDir, TempPath};
 
 use super::input::kind;
 use super::interrupt::Unfinished;
@@ -54,8 +54,9 @@ impl AtomicFile {
         let (prefix, folder) = prefix_and_folder(path);
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(ENDING).rand_bytes(RANDOM_LETTERS);
-        let (file, partial) = builder.make_in(folder, |path| create_new(path, readers))?.into_parts();
-        let unfinished = Unfinished::new(&partial);
+        let create = || builder.make_in(folder, |path| create_new(path, readers));
+        let (created, unfinished) = Unfinished::create(create, NamedTempFile::path)?;
+        let (file, partial) = created.into_parts();
         let writer = Some(BufWriter::new(file));
         Ok(Self { final_path: path.to_owned(), partial, writer, _unfinished: unfinished })
     }

@@ -17,10 +17,17 @@ static STOP: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
 pub(crate) struct Unfinished(PathBuf);
 
 impl Unfinished {
-    /// Puts a temporary file or folder on the list.
-    pub(crate) fn new(path: &Path) -> Self {
-        lock(&UNFINISHED).insert(path.to_owned());
-        Self(path.to_owned())
+    /// Creates a temporary file or folder and puts its path on the list, as one step: a program that ends in between
+    /// would leave it behind.
+    pub(crate) fn create<T>(
+        create: impl FnOnce() -> std::io::Result<T>,
+        path_of: impl FnOnce(&T) -> &Path,
+    ) -> std::io::Result<(T, Self)> {
+        let mut list = lock(&UNFINISHED);
+        let created = create()?;
+        let path = path_of(&created).to_owned();
+        list.insert(path.clone());
+        Ok((created, Self(path)))
     }
 }
 
@@ -90,11 +97,14 @@ fn stops_itself() -> bool {
     stop.inspect(|stop| stop()).is_some()
 }
 
+/// Removes all unfinished files. The list stays locked, so that no thread creates another one before the program ends.
 fn remove_unfinished() {
-    for path in &*lock(&UNFINISHED) {
+    let list = lock(&UNFINISHED);
+    for path in &*list {
         // The names are random and were created by this process, so that nothing else is removed.
         let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
+    std::mem::forget(list);
 }
 
 /// Locks a list; a thread that panicked leaves it whole.

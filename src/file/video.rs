@@ -51,9 +51,8 @@ struct Partial {
 
 impl Partial {
     fn create(path: &Path) -> std::io::Result<Self> {
-        let folder = atomic::temporary_folder(path)?;
+        let (folder, unfinished) = Unfinished::create(|| atomic::temporary_folder(path), TempDir::path)?;
         let film = folder.path().join("film.mp4");
-        let unfinished = Unfinished::new(folder.path());
         Ok(Self { folder, film, _unfinished: unfinished })
     }
 

@@ -59,13 +59,13 @@ fn is_null(value: &Value, name: &str) -> Result<(), String> {
 fn check_schema(report: &Value) -> Result<(), String> {
     keys(report, &["adapter", "size", "world", "settings", "runs", "comparison"])?;
     let settings = ["version", "program_crc32", "world", "path", "path_crc32", "duration_s", "frames", "real_time"];
-    keys(&report["settings"], &[&settings[..], &["lod_error_px", "tile_memory_mib"]].concat())?;
+    keys(&report["settings"], &[&settings[..], &["exaggeration", "lod_error_px", "tile_memory_mib"]].concat())?;
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is not a list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
         let more =
             ["antialias", "triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"];
-        let cost = ["cpu_ms", "work", "untimed", "start", "caches"];
+        let cost = ["cpu_ms", "work", "untimed", "busy", "start", "caches"];
         keys(run, &[&names[..], &more, &cost, &["allowed_error_px", "over_budget_frames"]].concat())?;
         check_cost(run)?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
