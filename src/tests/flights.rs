@@ -49,6 +49,11 @@ struct FrameFacts {
     evicted_needed: u64,
     /// Time that this thread had a processor, in milliseconds: the time of a busy machine says nothing.
     prepare_cpu_ms: f64,
+    /// Number of tiles that the view needs, that are being loaded, and that were read and evicted since the start.
+    wanted: u64,
+    pending: u64,
+    read: u64,
+    evicted: u64,
 }
 
 /// Returns the time that this thread has had a processor, in milliseconds; 0 where the system does not report it.
@@ -96,6 +101,10 @@ impl Flight {
             without_room: prepared.tiles.without_room,
             evicted_needed: counts.evicted_needed,
             prepare_cpu_ms,
+            wanted: prepared.tiles.wanted,
+            pending: prepared.tiles.pending,
+            read: counts.read,
+            evicted: counts.evicted,
         }
     }
 
@@ -152,16 +161,6 @@ fn faults(frames: &[FrameFacts], most_late: f64) -> Vec<String> {
         }
     }
     faults
-}
-
-/// Returns the fraction of the frames of the long flight that may be late: what was measured, and a little more. The 51 % of
-/// a view of 3840 × 2160 with water are a known fault (`docs/decisions/tile-streaming.md`).
-fn most_late([width_px, _]: [u32; 2], has_water: bool) -> f64 {
-    match (has_water, width_px) {
-        (false, _) => 0.02,
-        (true, ..=1920) => 0.04,
-        (true, _) => 0.6,
-    }
 }
 
 fn straight(start: &str, velocity_m_s: [f64; 2], frames: usize) -> Vec<Camera> {
@@ -233,7 +232,53 @@ fn a_turn_and_back_reads_nothing_twice_that_memory_can_hold() {
     assert_eq!(flight.terrain.tile_counts().read, read);
 }
 
-/// The flight of the long tier: 12 s over the continent at 300 m/s, or as many seconds as `HACHURE_FLIGHT_S` says.
+/// A flight of the long tier.
+#[derive(Clone)]
+struct Long {
+    name: &'static str,
+    size_px: [u32; 2],
+    memory_mib: u64,
+    has_water: bool,
+    /// The fraction of its frames that may be late: what was measured, and a little more
+    /// (`docs/decisions/tile-streaming.md`).
+    most_late: f64,
+}
+
+/// Returns the flights of the long tier: each with and without water.
+fn long_flights() -> Vec<Long> {
+    let of = |name, width_px, memory_mib, most_late: [f64; 2]| {
+        [false, true].map(|has_water| Long {
+            name,
+            size_px: [width_px, width_px / 16 * 9],
+            memory_mib,
+            has_water,
+            most_late: most_late[usize::from(has_water)],
+        })
+    };
+    [
+        of("valley", 1920, 512, [0.02, 0.04]),
+        of("valley", 1920, 128, [0.02, 0.04]),
+        of("valley", 1920, 64, [0.02, 0.04]),
+        of("valley", 3840, 512, [0.02, 0.6]),
+        of("turn", 1920, 512, [1.0, 1.0]),
+        of("turn", 1920, 128, [1.0, 1.0]),
+    ]
+    .concat()
+}
+
+/// Returns the camera of a long flight: along the valley at 300 m/s, or on one spot, turning by 180 degrees in two seconds
+/// and back.
+fn long_camera(name: &str, valley: &CameraPath, time_s: f64) -> Camera {
+    if name == "valley" {
+        return valley.sample(time_s);
+    }
+    let mut camera = valley.sample(0.0);
+    camera.yaw_deg += 90.0 * ((time_s - 2.0).clamp(0.0, 2.0) - (time_s - 6.0).clamp(0.0, 2.0));
+    camera
+}
+
+/// The flights of the long tier: 12 s over the continent, or as many seconds as `HACHURE_FLIGHT_S` says. `HACHURE_FLIGHT`
+/// names the flight to run alone, and `HACHURE_FLIGHT_TRACE` prints its frames.
 #[test]
 fn the_continent_streams_at_every_size_and_memory() {
     if !full() {
@@ -242,23 +287,34 @@ fn the_continent_streams_at_every_size_and_memory() {
     let cache = common::between_runs("continent");
     let store: Arc<dyn TileStore> = Arc::new(ContinentStore::open(1, 327_680, 10.0, Some(&cache), &Silent).unwrap());
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
-    let seconds = std::env::var("HACHURE_FLIGHT_S").ok().and_then(|seconds| seconds.parse().ok()).unwrap_or(12.0);
-    let flights = [([1920, 1080], 512), ([1920, 1080], 128), ([1920, 1080], 64), ([3840, 2160], 512)];
-    let flights = flights.into_iter().flat_map(|flight| [(flight, false), (flight, true)]);
+    let variable = |name| std::env::var(name).ok();
+    let seconds = variable("HACHURE_FLIGHT_S").and_then(|seconds| seconds.parse().ok()).unwrap_or(12.0);
+    let tiles_per_s = variable("HACHURE_TILES_PER_S").and_then(|rate| rate.parse().ok()).unwrap_or(1500.0);
+    let only = variable("HACHURE_FLIGHT");
     let mut all_faults = Vec::new();
-    for ((size_px, mib), has_water) in flights {
-        let Some(mut flight) = Flight::new(Arc::clone(&store), size_px, mib << 20, 1500.0) else { return };
-        flight.has_water = has_water;
-        assert!(flight.settle(&path.sample(0.0), 400), "the first view is never complete");
+    for long in long_flights() {
+        let water = if long.has_water { " with water" } else { "" };
+        let title = format!("{} {:?} {} MiB{water}", long.name, long.size_px, long.memory_mib);
+        if only.as_ref().is_some_and(|only| !title.contains(only)) {
+            continue;
+        }
+        let Some(mut flight) = Flight::new(Arc::clone(&store), long.size_px, long.memory_mib << 20, tiles_per_s) else {
+            return;
+        };
+        flight.has_water = long.has_water;
+        let at = |time_s| long_camera(long.name, &path, time_s);
+        assert!(flight.settle(&at(0.0), 400), "the first view is never complete");
         let frames: Vec<FrameFacts> =
-            (0..(seconds * FPS) as usize).map(|i| flight.frame(&path.sample(i as f64 / FPS))).collect();
+            (0..(seconds * FPS) as usize).map(|i| flight.frame(&at(i as f64 / FPS))).collect();
+        if variable("HACHURE_FLIGHT_TRACE").is_some() {
+            frames.iter().enumerate().for_each(|(i, frame)| println!("{i} {frame:?}"));
+        }
         let counts = flight.terrain.tile_counts();
         let after = &frames[FPS as usize..];
         let of = |get: fn(&FrameFacts) -> f64, part| percentile(after.iter().map(get), part);
         println!(
-            "{size_px:?} {mib} MiB{}: late {:.1} %, of it land {:.1} %, factor {:.2} at p50 and {:.2} at most, prepare {:.2} ms at p50 and {:.2} \
-             ms at p99 of CPU, triangles {} at p50 and {} at most, {} tiles read, {} evicted, GPU hits {} of {}",
-            if has_water { " with water" } else { "" },
+            "{title}: late {:.1} %, of it land {:.1} %, factor {:.2} at p50 and {:.2} at most, prepare {:.2} ms at p50 and \
+             {:.2} ms at p99 of CPU, triangles {} at p50 and {} at most, {} tiles read, {} evicted, GPU hits {} of {}",
             100.0 * late(after),
             100.0 * after.iter().filter(|frame| frame.is_land_late).count() as f64 / after.len() as f64,
             of(|frame| frame.memory_factor, 0.5),
@@ -272,11 +328,7 @@ fn the_continent_streams_at_every_size_and_memory() {
             counts.gpu_hits,
             counts.gpu_hits + counts.gpu_misses,
         );
-        all_faults.extend(
-            faults(after, most_late(size_px, has_water))
-                .into_iter()
-                .map(|fault| format!("{size_px:?} {mib} MiB: {fault}")),
-        );
+        all_faults.extend(faults(after, long.most_late).into_iter().map(|fault| format!("{title}: {fault}")));
     }
     assert_eq!(all_faults, Vec::<String>::new());
 }
