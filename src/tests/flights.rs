@@ -20,6 +20,7 @@ use hachure::tiles::Terrain;
 use hachure::tiles::atlas::SLOT_BYTES;
 use hachure::tiles::terrain::{Loading, TerrainOptions};
 
+/// Frames per second, unless `HACHURE_FPS` sets others for the long tier.
 const FPS: f64 = 30.0;
 
 /// A flight over a terrain.
@@ -29,6 +30,7 @@ struct Flight {
     store: Arc<Granted>,
     size_px: [u32; 2],
     tiles_per_s: f64,
+    fps: f64,
     /// Whether water is drawn, whose maps are late like tiles.
     has_water: bool,
     /// Fraction of a tile that the store owes.
@@ -69,12 +71,12 @@ impl Flight {
         let options =
             TerrainOptions { loading: Loading::Stream, tile_memory_bytes: memory_bytes, ..TerrainOptions::default() };
         let terrain = Terrain::new(&gpu, Arc::clone(&store) as Arc<dyn TileStore>, options).unwrap();
-        Some(Self { gpu, terrain, store, size_px, tiles_per_s, has_water: false, owed: 0.0, now_s: 0.0 })
+        Some(Self { gpu, terrain, store, size_px, tiles_per_s, fps: FPS, has_water: false, owed: 0.0, now_s: 0.0 })
     }
 
     /// Prepares the next frame, and lets the store deliver what it can until the one after it.
     fn frame(&mut self, camera: &Camera) -> FrameFacts {
-        self.now_s += 1.0 / FPS;
+        self.now_s += 1.0 / self.fps;
         self.terrain.set_now_s(self.now_s);
         self.terrain.map_water(&self.gpu, self.has_water.then_some(None));
         let pose = common::pose_of(camera);
@@ -85,7 +87,7 @@ impl Flight {
         let prepare_cpu_ms = thread_cpu_ms() - before_ms;
         self.gpu.queue.submit([]);
         self.gpu.wait();
-        self.owed += self.tiles_per_s / FPS;
+        self.owed += self.tiles_per_s / self.fps;
         self.store.grant(self.owed as u64);
         self.owed = self.owed.fract();
         while self.terrain.looks_ahead() || !self.has_delivered() {
@@ -278,7 +280,8 @@ fn long_camera(name: &str, valley: &CameraPath, time_s: f64) -> Camera {
 }
 
 /// The flights of the long tier: 12 s over the continent, or as many seconds as `HACHURE_FLIGHT_S` says. `HACHURE_FLIGHT`
-/// names the flight to run alone, and `HACHURE_FLIGHT_TRACE` prints its frames.
+/// names the flights to run alone (a part of the name), `HACHURE_FLIGHT_TRACE` prints their frames, and `HACHURE_FPS` and
+/// `HACHURE_TILES_PER_S` set their frames per second and the store's tiles per second.
 #[test]
 fn the_continent_streams_at_every_size_and_memory() {
     if !full() {
@@ -288,8 +291,9 @@ fn the_continent_streams_at_every_size_and_memory() {
     let store: Arc<dyn TileStore> = Arc::new(ContinentStore::open(1, 327_680, 10.0, Some(&cache), &Silent).unwrap());
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
     let variable = |name| std::env::var(name).ok();
-    let seconds = variable("HACHURE_FLIGHT_S").and_then(|seconds| seconds.parse().ok()).unwrap_or(12.0);
-    let tiles_per_s = variable("HACHURE_TILES_PER_S").and_then(|rate| rate.parse().ok()).unwrap_or(1500.0);
+    let number = |name, usual| variable(name).and_then(|text| text.parse().ok()).unwrap_or(usual);
+    let seconds: f64 = number("HACHURE_FLIGHT_S", 12.0);
+    let (fps, tiles_per_s): (f64, f64) = (number("HACHURE_FPS", FPS), number("HACHURE_TILES_PER_S", 1500.0));
     let only = variable("HACHURE_FLIGHT");
     let mut all_faults = Vec::new();
     for long in long_flights() {
@@ -302,15 +306,23 @@ fn the_continent_streams_at_every_size_and_memory() {
             return;
         };
         flight.has_water = long.has_water;
+        flight.fps = fps;
         let at = |time_s| long_camera(long.name, &path, time_s);
         assert!(flight.settle(&at(0.0), 400), "the first view is never complete");
         let frames: Vec<FrameFacts> =
-            (0..(seconds * FPS) as usize).map(|i| flight.frame(&at(i as f64 / FPS))).collect();
+            (0..(seconds * fps) as usize).map(|i| flight.frame(&at(i as f64 / fps))).collect();
         if variable("HACHURE_FLIGHT_TRACE").is_some() {
-            frames.iter().enumerate().for_each(|(i, frame)| println!("{i} {frame:?}"));
+            for (i, frame) in frames.iter().enumerate() {
+                let FrameFacts { wanted, pending, read, evicted, triangles, is_late, is_land_late, .. } = frame;
+                println!(
+                    "{i}: late {is_late}, land late {is_land_late}, factor {:.2}, {wanted} wanted, {pending} pending, \
+                     {read} read, {evicted} evicted, {triangles} triangles",
+                    frame.memory_factor
+                );
+            }
         }
         let counts = flight.terrain.tile_counts();
-        let after = &frames[FPS as usize..];
+        let after = &frames[fps as usize..];
         let of = |get: fn(&FrameFacts) -> f64, part| percentile(after.iter().map(get), part);
         println!(
             "{title}: late {:.1} %, of it land {:.1} %, factor {:.2} at p50 and {:.2} at most, prepare {:.2} ms at p50 and \

@@ -53,7 +53,7 @@ pub(crate) struct TileBounds {
     bounds: FxHashMap<TileAddress, (DVec2, DVec2)>,
 }
 
-/// The number of tiles at which a cache of their bounds or ranges is cleared: more than any view needs.
+/// The number of tiles at which the cache of their bounds is cleared: more than any view needs.
 const MAX_CACHED_TILES: usize = 1 << 16;
 
 impl TileBounds {
@@ -73,28 +73,6 @@ impl TileBounds {
             let end = (first + side * scale + 2.0).min(last);
             grid_projection.bounds(first.clamp(DVec2::ZERO, last), end)
         })
-    }
-}
-
-/// The ranges of heights of tiles, also of those that have left memory. Whether a tile is hidden depends on its range: if
-/// it were forgotten with the tile, a hidden tile would be loaded, found to be hidden, evicted and loaded again.
-#[derive(Default)]
-pub(crate) struct HeightRanges {
-    ranges_m: FxHashMap<TileAddress, [f32; 2]>,
-}
-
-impl HeightRanges {
-    /// Remembers the range of a tile.
-    pub(crate) fn note(&mut self, tile: TileAddress, statistics: &TileStatistics) {
-        if self.ranges_m.len() > MAX_CACHED_TILES {
-            self.ranges_m.clear();
-        }
-        self.ranges_m.insert(tile, [statistics.min_m, statistics.max_m]);
-    }
-
-    /// Returns the lowest and the highest height of a tile in metres, if it was ever loaded.
-    pub(crate) fn get(&self, tile: TileAddress) -> Option<[f32; 2]> {
-        self.ranges_m.get(&tile).copied()
     }
 }
 

@@ -1,8 +1,8 @@
 //! The thread that finds the tiles that will be needed soon, so that the frame thread does not.
 //!
 //! A frame hands over where the camera will be and which tiles are on the GPU, and takes the last list that is ready.
-//! The list is some frames old, which does not matter for tiles that are needed in a second. Tiles that nearer land will
-//! hide come last.
+//! The list is some frames old, which does not matter for tiles that are needed in a second. Tiles of later views that
+//! nearer land will hide are left out.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 
@@ -30,9 +30,6 @@ const MAX_SKYLINE_PATCHES: usize = 8192;
 /// The error of a tile that was never loaded, as a fraction of its parent's: on most land, half the spacing has a bit more
 /// than half the error.
 const GUESS: f32 = 0.75;
-/// Hidden tiles that would be visible if they looked higher by this slope are foreseen before those that are hidden more
-/// deeply.
-const DEEP: f64 = 0.05;
 /// The number of tiles whose statistics the thread remembers.
 const MAX_SEEN: usize = 1 << 16;
 
@@ -46,11 +43,13 @@ pub(crate) struct ComingView {
     pub slack: f64,
     /// The factor by which its pixels are wider than requested.
     pub factor: f64,
+    /// Whether this is the view of the near future, whose tiles get slots like those that are needed, hidden or not.
+    pub is_near: bool,
 }
 
 /// The inputs from which the thread finds the tiles of the coming views.
 pub(crate) struct Outlook {
-    /// The coming views, those of the highest priority first. The first is the near future.
+    /// The coming views, those of the highest priority first.
     pub views: Vec<ComingView>,
     /// The tiles on the GPU.
     pub snapshot: Snapshot,
@@ -63,8 +62,8 @@ pub(crate) struct Outlook {
 pub(crate) struct Foreseen {
     /// The tiles of the near future whose parents' errors are known, the most urgent first.
     pub near: Vec<Needed>,
-    /// Others, in the order in which to load them: those of the near future whose need is guessed, those of later views, then those of the near future that nearer land
-    /// hides, which may appear when the camera does not move as expected.
+    /// Others, in the order in which to load them: those of the near future whose need is guessed, and those of later
+    /// views that nearer land does not hide there.
     pub later: Vec<TileAddress>,
 }
 
@@ -134,31 +133,26 @@ fn foresee(
     seen.extend(outlook.snapshot.tiles.iter().map(|(tile, (facts, _))| (*tile, facts.statistics)));
     let land = Land { store, grid_projection };
     let mut met = FxHashSet::default();
-    let (mut near, mut later, [mut hidden, mut deep]) = (Vec::new(), Vec::new(), [const { Vec::new() }; 2]);
-    for (i, view) in outlook.views.iter().enumerate() {
+    let (mut near, mut later) = (Vec::new(), Vec::new());
+    for view in &outlook.views {
         let mut tiles = needed(&land, bounds, |address| seen.get(&address), &view.rule, GUESS);
         tiles.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * view.factor).min(1e30) as f32);
-        let skyline = skyline_of(&land, tree, &outlook.snapshot, view);
+        let skyline = if view.is_near { None } else { skyline_of(&land, tree, &outlook.snapshot, view) };
         let mut is_hidden = |tile: &Needed, slack: f64| {
             let (Some(skyline), Some(known)) = (&skyline, seen.get(&tile.address)) else { return false };
             is_hidden(&land, bounds, &view.rule, tile.address, [known.min_m, known.max_m], skyline, slack)
         };
         for tile in in_order(tiles) {
             // While a coarse tile is missing, the finer ones around it cannot be drawn, so its need is foreseen with more slack.
-            if !is_hidden(&tile, view.slack * f64::from(1 + tile.address.level)) {
+            if !is_hidden(&tile, view.slack * f64::from(1 + tile.address.level)) && met.insert(tile.address) {
                 let TileAddress { level, x, y } = tile.address;
                 let is_certain = || seen.contains_key(&TileAddress { level: level + 1, x: x / 2, y: y / 2 });
-                if met.insert(tile.address) {
-                    if i == 0 && is_certain() { near.push(tile) } else { later.push(tile.address) }
-                }
-            } else if i == 0 {
-                if is_hidden(&tile, DEEP) { &mut deep } else { &mut hidden }.push(tile.address);
+                if view.is_near && is_certain() { near.push(tile) } else { later.push(tile.address) }
             }
         }
         skyline.into_iter().for_each(|skyline| tree.reuse(skyline));
     }
     near.truncate(outlook.most);
-    later.extend(hidden.into_iter().chain(deep).filter(|address| met.insert(*address)));
     later.truncate(outlook.most);
     Foreseen { near, later }
 }

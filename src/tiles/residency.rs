@@ -27,11 +27,10 @@ use super::camera_motion::Turning;
 use super::grid_projection::GridProjection;
 use super::loader::Loader;
 use super::memory_factor::{FULL, MemoryFactor};
-use super::needed::{HeightRanges, LevelRule, Needed, TileBounds};
+use super::needed::{LevelRule, Needed, TileBounds};
 use super::prefetch::{Foreseen, Prefetcher};
 use super::queues::by_level;
 use super::residency_floor::ResidencyFloor;
-use super::skyline::Skyline;
 use crate::gpu::Gpu;
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
@@ -139,12 +138,6 @@ pub(crate) struct Residency {
     fits_all: bool,
     /// The factor by which the surface is coarser because its tiles would not fit.
     memory_factor: MemoryFactor,
-    /// Whether tiles that land hides count as not needed, because memory is short.
-    drops_hidden: bool,
-    /// The skyline of the last frame; layered if tiles that it hides count as not needed.
-    skyline: Option<Skyline>,
-    /// The ranges of heights of all tiles that were ever loaded.
-    ranges: HeightRanges,
     /// Changes whenever `needed`, `map_neighbours`, which of them are on the GPU, or `mapped_ahead` changes.
     version: u64,
     /// Changes whenever a tile comes to the GPU that may change what is needed.
@@ -195,9 +188,6 @@ impl Residency {
             turning: Turning::default(),
             looked_s: f64::NEG_INFINITY,
             memory_factor: MemoryFactor::default(),
-            drops_hidden: false,
-            skyline: None,
-            ranges: HeightRanges::default(),
             version: 0,
             arrivals: 0,
             hits: Hits::default(),
@@ -266,16 +256,6 @@ impl Residency {
     /// Returns the memory of decoded tiles in bytes.
     pub(crate) fn cache_bytes(&self) -> u64 {
         self.cache.bytes()
-    }
-
-    /// Returns whether tiles that land hides count as not needed, because memory is short.
-    pub(crate) fn drops_hidden(&self) -> bool {
-        self.drops_hidden
-    }
-
-    /// Sets the skyline of a frame, by which the next one knows the tiles that land hides, and returns the one before.
-    pub(crate) fn set_skyline(&mut self, skyline: Skyline) -> Option<Skyline> {
-        self.skyline.replace(skyline)
     }
 
     /// Returns whether the list of needed tiles has no margin, because the camera rests.

@@ -15,8 +15,7 @@ use crate::scene::frustum::Frustum;
 use crate::tiles::earth_curvature::EarthCurvature;
 use crate::tiles::grid_projection::GridProjection;
 use crate::tiles::map_neighbours::map_neighbours;
-use crate::tiles::memory_factor::{FULL, SPARE};
-use crate::tiles::needed::{Land, LevelRule, Needed, is_hidden, is_needed, needed};
+use crate::tiles::needed::{Land, LevelRule, Needed, is_needed, needed};
 use crate::tiles::prefetch::{ComingView, Outlook, Prefetcher};
 use crate::tiles::queues::in_order;
 
@@ -40,8 +39,6 @@ const MARGIN_RAD: f64 = 0.03;
 const MAX_AGE_S: f64 = 0.1;
 /// The shortest time for which a list is used although tiles have arrived, in seconds.
 const MIN_AGE_S: f64 = 0.03;
-/// If memory is short, tiles that land hides are needed if they may appear within this time, in seconds.
-const HIDDEN_S: f64 = 0.25;
 /// The shortest time between two looks ahead, in seconds.
 const LOOK_S: f64 = 0.1;
 /// The fraction of the slots left over into which foreseen tiles are loaded. Those that are there may stay in all of
@@ -118,7 +115,7 @@ impl Residency {
         let is_exact = !streams || is_at_rest || movement.has_jumped;
         let step_s = before.as_ref().map(|found| now_s - found.at_s);
         let rule = if is_exact { view.clone() } else { self.with_margin(grid_projection, movement) };
-        let all = self.needed_within_memory(grid_projection, movement, &rule, streams, step_s);
+        let all = self.needed_within_memory(grid_projection, &rule, streams, step_s);
         let is_same = all.len() == self.needed.len()
             && all.iter().zip(&self.needed).all(|(tile, before)| tile.address == before.address);
         self.needed = all;
@@ -164,7 +161,6 @@ impl Residency {
     fn needed_within_memory(
         &mut self,
         grid_projection: &GridProjection,
-        movement: &Movement,
         rule: &LevelRule,
         streams: bool,
         step_s: Option<f64>,
@@ -179,14 +175,6 @@ impl Residency {
             let slots = self.atlas.slots() as usize;
             let of_maps = self.map_neighbours.len().min((slots as f64 * MAX_OF_MAPS) as usize);
             let room = slots - of_maps;
-            if all.len() as f64 > FULL * room as f64 {
-                self.drops_hidden = true;
-            } else if least == 1.0 && (all.len() as f64) < SPARE * room as f64 {
-                self.drops_hidden = false;
-            }
-            if self.drops_hidden {
-                self.drop_hidden(grid_projection, movement, &rule, &mut all);
-            }
             self.fit_into(&mut all, room, step_s);
         }
         all
@@ -208,35 +196,6 @@ impl Residency {
         all.retain(|tile| f64::from(tile.factor) > factor);
     }
 
-    /// Removes the tiles that nearer land hides, now and in a moment, and that memory is too short for. Tiles whose heights
-    /// are not known stay, and so do the parents of those that stay.
-    fn drop_hidden(
-        &mut self,
-        grid_projection: &GridProjection,
-        movement: &Movement,
-        rule: &LevelRule,
-        all: &mut Vec<Needed>,
-    ) {
-        let Some(skyline) = &self.skyline else { return };
-        let margin_m = rule.margin_m.max(movement.velocity_m_s.length() * HIDDEN_S);
-        let rule = LevelRule { margin_m, ..rule.clone() };
-        let land = Land { store: &*self.store, grid_projection };
-        let mut hidden = FxHashSet::default();
-        // Parents come first: what is in a hidden tile is hidden.
-        all.retain(|tile| {
-            let address = tile.address;
-            let parent = TileAddress { level: address.level + 1, x: address.x / 2, y: address.y / 2 };
-            let is_hidden = hidden.contains(&parent)
-                || (self.ranges.get(address)).is_some_and(|range_m| {
-                    is_hidden(&land, &mut self.tile_bounds, &rule, address, range_m, skyline, 0.0)
-                });
-            if is_hidden {
-                hidden.insert(address);
-            }
-            !is_hidden
-        });
-    }
-
     /// Returns whether the view of this frame itself needs a tile: the list of needed tiles has a margin. A tile whose
     /// parent is missing counts as needed.
     pub(super) fn is_needed_now(
@@ -250,13 +209,7 @@ impl Residency {
         let Some(of_parent) = self.atlas.get(parent).map(|resident| resident.statistics()) else { return true };
         let rule = LevelRule { margin_m: 0.0, ..rule.clone() };
         let factor = self.memory_factor.value();
-        if !is_needed(&land, &mut self.tile_bounds, &rule, (parent, of_parent), factor) {
-            return false;
-        }
-        // The tile's own range is known if it has been there before; its parent's contains it.
-        let range_m = self.ranges.get(tile).unwrap_or([of_parent.min_m, of_parent.max_m]);
-        let skyline = self.skyline.as_ref().filter(|_| self.drops_hidden);
-        !skyline.is_some_and(|skyline| is_hidden(&land, &mut self.tile_bounds, &rule, tile, range_m, skyline, 0.0))
+        is_needed(&land, &mut self.tile_bounds, &rule, (parent, of_parent), factor)
     }
 
     /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
@@ -380,10 +333,12 @@ impl Residency {
             let turn = self.turning.after(ahead_s);
             let frusta = rule.frusta.iter().map(|view| view.turned(turn).widened(AHEAD_RAD)).collect();
             let rule = LevelRule { camera_m, frusta, earth_curvature, ..rule.clone() };
-            views.push(ComingView { rule, nearest_m, slack: SLACK_PER_S * ahead_s, factor });
+            let is_near = views.is_empty();
+            views.push(ComingView { rule, nearest_m, slack: SLACK_PER_S * ahead_s, factor, is_near });
         }
         let wider = rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
-        views.push(ComingView { rule: LevelRule { frusta: wider, ..rule }, nearest_m, slack: 0.0, factor });
+        let rule = LevelRule { frusta: wider, ..rule };
+        views.push(ComingView { rule, nearest_m, slack: 0.0, factor, is_near: false });
         views
     }
 }

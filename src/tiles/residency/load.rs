@@ -80,7 +80,6 @@ impl Residency {
             match tile {
                 Ok(tile) => {
                     self.hits.read += 1;
-                    self.ranges.note(address, &tile.statistics);
                     self.failures.remove(&address);
                     self.cache.insert(address, tile, frame);
                 }

@@ -319,19 +319,16 @@ impl Terrain {
         );
         let (frame, store, grid_projection) = (self.frame, &*self.store, &self.grid_projection);
         let tree = &mut self.tree;
-        let is_layered = self.residency.drops_hidden();
         let (((selection, skyline), requested), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
             // The requests of a selection that exceeded the budget are dropped.
             let patches = ResidentPatches { store, atlas, frame, now_s, requested: RefCell::default() };
-            let selected = select_in(tree, &patches, grid_projection, anchor, &viewpoint, most, is_layered)?;
+            let selected = select_in(tree, &patches, grid_projection, anchor, &viewpoint, most, false)?;
             Some((selected, patches.requested.into_inner()))
         });
         self.requested = requested;
         self.coarser = coarser;
-        if let Some(used) = self.residency.set_skyline(skyline) {
-            self.tree.reuse(used);
-        }
+        self.tree.reuse(skyline);
         selection
     }
 
