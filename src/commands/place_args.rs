@@ -104,10 +104,8 @@ fn place_m(option: &str, place: LatLon, world: Option<&str>, store: &dyn TileSto
     if let Some(place_m) = grid.world_m(DVec2::new(place.longitude_deg, place.latitude_deg)) {
         return Ok(place_m);
     }
-    let bounds = grid.bounds_deg().map(|[west, south, east, north]| {
-        format!(", whose latitudes are {south:.4} to {north:.4} and longitudes {west:.4} to {east:.4}")
-    });
-    bail!("{option} {given}: outside of {}{}", named(store.name()), bounds.unwrap_or_default())
+    let extent = grid.extent_text().map(|extent| format!(", whose {extent}"));
+    bail!("{option} {given}: outside of {}{}", named(store.name()), extent.unwrap_or_default())
 }
 
 /// Extensions of heights whose reference system a sidecar file may give.

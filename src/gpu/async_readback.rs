@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use super::Gpu;
+use super::target::Target;
 
 /// Largest number of requests in flight; further requests are dropped.
 const MAX_OPEN: usize = 8;
@@ -29,6 +30,34 @@ impl AsyncReadback {
     /// Requests the first bytes of some buffers, as they are after everything submitted so far. All parts together make
     /// one answer. Returns `false` if too many requests are in flight.
     pub(crate) fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) -> bool {
+        self.submit(gpu, |encoder, buffer| {
+            let mut at = 0;
+            for (part, bytes) in parts {
+                encoder.copy_buffer_to_buffer(part, 0, buffer, at, *bytes);
+                at += bytes;
+            }
+        })
+    }
+
+    /// Requests one texel of a picture, as it is after everything submitted so far. Returns `false` if too many requests
+    /// are in flight.
+    pub(crate) fn request_texel(&mut self, gpu: &Gpu, picture: &Target, at_px: [u32; 2]) -> bool {
+        let [x, y] = at_px;
+        self.submit(gpu, |encoder, buffer| {
+            encoder.copy_texture_to_buffer(
+                wgpu::TexelCopyTextureInfo {
+                    texture: &picture.texture,
+                    mip_level: 0,
+                    origin: wgpu::Origin3d { x, y, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                wgpu::TexelCopyBufferInfo { buffer, layout: wgpu::TexelCopyBufferLayout::default() },
+                wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
+            );
+        })
+    }
+
+    fn submit(&mut self, gpu: &Gpu, copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer)) -> bool {
         if self.open.len() == MAX_OPEN {
             return false;
         }
@@ -42,11 +71,7 @@ impl AsyncReadback {
         });
         let mut encoder =
             gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("async readback") });
-        let mut at = 0;
-        for (part, bytes) in parts {
-            encoder.copy_buffer_to_buffer(part, 0, &buffer, at, *bytes);
-            at += bytes;
-        }
+        copy(&mut encoder, &buffer);
         gpu.queue.submit([encoder.finish()]);
         let (sender, receiver) = channel();
         buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
@@ -55,6 +80,11 @@ impl AsyncReadback {
         });
         self.open.push_back((buffer, receiver));
         true
+    }
+
+    /// Returns whether requests are in flight.
+    pub(crate) fn is_waiting(&self) -> bool {
+        !self.open.is_empty()
     }
 
     /// Returns the oldest answer that has arrived and has not been taken. Answers arrive while the device is polled.

@@ -102,6 +102,12 @@ impl GridOnWgs84 {
         degrees.is_finite().then(|| DVec2::new(wrapped(degrees.x), degrees.y))
     }
 
+    /// Returns the latitudes and longitudes of the grid for messages, if its sides have any.
+    pub(crate) fn extent_text(&self) -> Option<String> {
+        let [west, south, east, north] = self.bounds_deg()?;
+        Some(format!("latitudes are {south:.4} to {north:.4} and longitudes {west:.4} to {east:.4}"))
+    }
+
     /// Returns west, south, east and north of the grid in degrees; west is larger than east across the antimeridian.
     /// `None` if a place on its sides has no longitude.
     pub(crate) fn bounds_deg(&self) -> Option<[f64; 4]> {

@@ -7,6 +7,7 @@
 
 mod controls;
 mod edits;
+mod navigate;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -17,15 +18,18 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
+use self::navigate::Navigation;
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::input::Input;
 use super::inspector::{Inspector, Shown as InspectorShown};
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
+use super::places::Places;
 use super::questions::Questions;
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
+use super::status;
 use super::toasts::{self, Toasts};
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
 use crate::composite::PICTURE;
@@ -74,6 +78,7 @@ pub(super) struct Flight {
     input: Input,
     camera: FlyCamera,
     start: FlyCamera,
+    navigation: Navigation,
     settings: Settings,
     styles: Styles,
     frame_times: FrameTimes,
@@ -180,6 +185,7 @@ impl Flight {
             input: Input::new(),
             camera: start.clone(),
             start,
+            navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
             settings,
             styles,
             frame_times: FrameTimes::default(),
@@ -241,9 +247,10 @@ impl Flight {
         let step_s = since.map_or(FIRST_STEP_S, |since| (now - since).as_secs_f64());
         let deg_per_px = self.camera.fov_deg / f64::from(self.screen.size_px()[1]);
         let input = self.input.take(deg_per_px, now, step_s);
+        self.tidy(now);
+        self.stale |= self.drag();
         self.stale |= self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
 
-        self.tidy(now);
         let painted = self.lay_panel_out()?;
         let rendered = self.stale || self.frames_left.is_some();
         if rendered {
@@ -253,6 +260,7 @@ impl Flight {
             }
         }
         self.present(surface, painted);
+        self.ask_pointed();
         self.gpu.check()?;
         let shows_chosen_style = self.shows_chosen_style();
         if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_chosen_style) {
@@ -308,6 +316,7 @@ impl Flight {
         if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
+        self.take_pointed();
         while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
             self.pass_times.add(times);
         }
@@ -339,6 +348,9 @@ impl Flight {
         let mut requests = panel::PanelRequests::default();
         let mut inspected = InspectorShown::default();
         let mut answer = None;
+        let mut typed = None;
+        let (words, projection) = self.navigation.words(self.world.surfaces.exaggeration());
+        let (words, projection) = (if self.panel_shown { words } else { Vec::new() }, projection.map(str::to_owned));
         let painted = self.overlay.run(&self.window, |context| {
             if self.panel_shown {
                 requests = panel::show(context, &stats, &self.styles, &mut self.settings, &mut self.camera);
@@ -349,6 +361,8 @@ impl Flight {
                 inspected = self.inspector.show(context, document);
             }
             answer = self.questions.show(context).or(answer.take());
+            let go_to = &mut self.navigation.go_to;
+            typed = status::show(context, &words, projection.as_deref(), go_to).or(typed.take());
             toasts::show(context, &self.toasts, requests.rect, inspected.rect);
         });
         self.apply(inspected.edits, settings_before.style);
@@ -364,6 +378,9 @@ impl Flight {
         // A higher clearance lifts the camera; a lower one does not lower it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
         self.stale |= self.settings != settings_before || self.camera != camera_before;
+        if let Some(text) = typed {
+            self.go_to(&text);
+        }
         if requests.restart {
             self.restart();
         }
@@ -391,6 +408,7 @@ impl Flight {
         renderer.set_builds(Builds::InBackground);
         renderer.set_submits(if self.panel_shown { Submits::Timed } else { Submits::Whole });
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
+        self.navigation.drew(&rig.eyes);
         self.stroke_numbers.request(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;

@@ -5,6 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::camera_moves::{Glide, Zoom};
 use crate::scene::camera::Camera;
 use crate::scene::view::Pose;
 
@@ -19,16 +20,20 @@ const MIN_TURN_DEG: f64 = 0.002;
 /// Below this fraction of its speed, the camera stops.
 const MIN_SPEED_PART: f64 = 0.002;
 /// The pitch stays away from zenith and nadir, where yaw and roll coincide.
-const STEEPEST_DEG: f64 = 89.0;
+pub(super) const STEEPEST_DEG: f64 = 89.0;
 /// Speed factor of Shift.
 const FAST: f64 = 5.0;
 /// Speed factor of one notch of the wheel.
 const SPEED_STEP: f64 = 1.2;
+/// The lowest speed above the ground, in m/s, before the user's factor.
+const SLOWEST_M_S: f64 = 2.0;
+/// Time constant with which the speed follows the height above the ground.
+const SPEED_LAG_S: f64 = 0.4;
 
 /// Smallest allowed height of the camera above the ground.
 pub(crate) const MIN_CLEARANCE_M: f64 = 0.5;
-/// The lowest and the highest speed, in m/s.
-pub(crate) const SPEED_RANGE_M_S: [f64; 2] = [0.5, 100_000.0];
+/// The smallest and the largest factor on the speed.
+pub(crate) const SPEED_FACTORS: [f64; 2] = [0.02, 50.0];
 /// Range of the field of view for keys and panel, in degrees; the start may be outside of it.
 pub(crate) const FOV_RANGE_DEG: [f64; 2] = [5.0, 120.0];
 
@@ -81,32 +86,42 @@ pub(crate) struct FlyCamera {
     pub pitch_deg: f64,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Speed at full input, without Shift.
-    pub speed_m_s: f64,
+    /// Factor on the speed, set by the user.
+    pub speed_factor: f64,
     /// Smallest height above the ground, set by the user.
     pub clearance_m: f64,
-    velocity_m_s: DVec3,
-    look_left_deg: DVec2,
+    pub(super) velocity_m_s: DVec3,
+    pub(super) look_left_deg: DVec2,
+    /// Height above the ground by which the speed is chosen; it follows the true one smoothly.
+    height_m: f64,
+    /// The highest speed, before the user's factor.
+    fastest_m_s: f64,
+    /// The rest of a zoom toward a place.
+    pub(super) zoom: Option<Zoom>,
+    /// The motion to another view, if there is one.
+    pub(super) glide: Option<Glide>,
 }
 
 impl FlyCamera {
     /// Creates a camera at `start`, whose z is in the world's frame. Its speed depends on the height above the ground
-    /// and the extent.
+    /// and the extent: half the height per second, but the whole extent in no less than twenty seconds.
     pub(crate) fn new(start: &Camera, ground_m: impl Fn(DVec2) -> f64, extent_m: [f64; 2]) -> Self {
         let position_m = start.position_m;
         let height_m = (position_m.z - ground_m(position_m.truncate())).abs();
         let across_m = extent_m[0].hypot(extent_m[1]);
-        // Half the height per second, but the whole extent in no less than twenty seconds.
-        let speed_m_s = (0.5 * height_m).clamp(2.0, (across_m / 20.0).max(2.0));
         let mut camera = Self {
             position_m,
             yaw_deg: start.yaw_deg.rem_euclid(360.0),
             pitch_deg: start.pitch_deg.clamp(-STEEPEST_DEG, STEEPEST_DEG),
             fov_deg: start.fov_deg,
-            speed_m_s,
+            speed_factor: 1.0,
             clearance_m: 2.0,
             velocity_m_s: DVec3::ZERO,
             look_left_deg: DVec2::ZERO,
+            height_m,
+            fastest_m_s: (across_m / 20.0).max(SLOWEST_M_S),
+            zoom: None,
+            glide: None,
         };
         camera.clear_ground(ground_m);
         camera
@@ -116,21 +131,37 @@ impl FlyCamera {
     pub(crate) fn advance(&mut self, input: &FlyInput, step_s: f64, ground_m: impl Fn(DVec2) -> f64) -> bool {
         let before = (self.position_m, self.yaw_deg, self.pitch_deg);
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
+        if !input.is_still() {
+            self.stop_moves();
+        }
+        let height_m = (self.position_m.z - ground_m(self.position_m.truncate())).abs();
+        if height_m.is_finite() {
+            self.height_m += (height_m - self.height_m) * reached(step_s, SPEED_LAG_S);
+        }
         self.look(input, step_s);
         self.fly(input, step_s);
+        self.advance_moves(step_s);
         self.clear_ground(ground_m);
         before != (self.position_m, self.yaw_deg, self.pitch_deg) || !self.is_still()
     }
 
     /// Returns whether the camera would stay where it is without input.
     pub(crate) fn is_still(&self) -> bool {
-        self.velocity_m_s == DVec3::ZERO && self.look_left_deg == DVec2::ZERO
+        self.velocity_m_s == DVec3::ZERO
+            && self.look_left_deg == DVec2::ZERO
+            && self.zoom.is_none()
+            && self.glide.is_none()
+    }
+
+    /// Returns the speed at full input, without Shift, in m/s.
+    pub(crate) fn speed_m_s(&self) -> f64 {
+        (0.5 * self.height_m).clamp(SLOWEST_M_S, self.fastest_m_s) * self.speed_factor
     }
 
     /// Changes the speed by notches of the wheel; positive is faster.
     pub(crate) fn change_speed(&mut self, notches: f64) {
-        let [slowest, fastest] = SPEED_RANGE_M_S;
-        self.speed_m_s = (self.speed_m_s * SPEED_STEP.powf(notches)).clamp(slowest, fastest);
+        let [slowest, fastest] = SPEED_FACTORS;
+        self.speed_factor = (self.speed_factor * SPEED_STEP.powf(notches)).clamp(slowest, fastest);
     }
 
     /// Multiplies the field of view by a factor.
@@ -190,14 +221,14 @@ impl FlyCamera {
     fn fly(&mut self, input: &FlyInput, step_s: f64) {
         let axes = self.exact();
         let direction = axes.forward() * input.forward + axes.right() * input.right + DVec3::Z * input.up;
-        let speed_m_s = self.speed_m_s * if input.fast { FAST } else { 1.0 };
+        let speed_m_s = self.speed_m_s() * if input.fast { FAST } else { 1.0 };
         let wanted_m_s = direction.clamp_length_max(1.0) * speed_m_s;
         // Solution of dv/dt = (wanted − v) / lag, and its integral.
         let reached = reached(step_s, MOVE_LAG_S);
         let missing_m_s = wanted_m_s - self.velocity_m_s;
         self.position_m += wanted_m_s * step_s - missing_m_s * (MOVE_LAG_S * reached);
         self.velocity_m_s += missing_m_s * reached;
-        if direction == DVec3::ZERO && self.velocity_m_s.length() < MIN_SPEED_PART * self.speed_m_s {
+        if direction == DVec3::ZERO && self.velocity_m_s.length() < MIN_SPEED_PART * self.speed_m_s() {
             self.velocity_m_s = DVec3::ZERO;
         }
         let max_m = crate::scene::camera::LARGEST_COORDINATE_M;
@@ -214,7 +245,7 @@ impl FlyCamera {
 }
 
 /// Returns the fraction of the way that a first-order lag covers in `step_s`.
-fn reached(step_s: f64, lag_s: f64) -> f64 {
+pub(super) fn reached(step_s: f64, lag_s: f64) -> f64 {
     1.0 - (-step_s / lag_s).exp()
 }
 
@@ -241,15 +272,21 @@ mod tests {
 
     #[test]
     fn speed_follows_height_and_extent() {
-        near(camera().speed_m_s, 500.0, 1e-9);
+        near(camera().speed_m_s(), 500.0, 1e-9);
         let start = Camera { position_m: DVec3::new(0.0, 0.0, 90_000.0), ..camera().camera() };
-        near(FlyCamera::new(&start, FLAT, [30_000.0, 40_000.0]).speed_m_s, 2500.0, 1e-9);
-        near(FlyCamera::new(&start, FLAT, [1.0, 1.0]).speed_m_s, 2.0, 1e-9);
+        near(FlyCamera::new(&start, FLAT, [30_000.0, 40_000.0]).speed_m_s(), 2500.0, 1e-9);
+        near(FlyCamera::new(&start, FLAT, [1.0, 1.0]).speed_m_s(), 2.0, 1e-9);
+        // The speed follows the height above the ground, not the height above sea level.
+        let mut low = camera();
+        low.advance(&FlyInput::default(), 0.1, |_| 1000.0);
+        assert!((50.0..500.0).contains(&low.speed_m_s()), "{}", low.speed_m_s());
+        (0..100).for_each(|_| _ = low.advance(&FlyInput::default(), 0.1, |_| 1000.0));
+        near(low.speed_m_s(), 50.0, 0.01);
     }
 
     #[test]
     fn motion_does_not_depend_on_the_frame_rate() {
-        let steady = FlyInput { forward: 1.0, up: 0.5, look_deg: [0.0, 0.0], ..FlyInput::default() };
+        let steady = FlyInput { forward: 1.0, right: 0.5, look_deg: [0.0, 0.0], ..FlyInput::default() };
         let run = |steps: u32, step_s: f64| {
             let mut camera = camera();
             for _ in 0..steps {
@@ -267,7 +304,7 @@ mod tests {
     #[test]
     fn diagonal_is_no_faster_and_shift_is() {
         let mut camera = camera();
-        let diagonal = FlyInput { forward: 1.0, right: 1.0, up: 1.0, ..FlyInput::default() };
+        let diagonal = FlyInput { forward: 1.0, right: 1.0, ..FlyInput::default() };
         for _ in 0..100 {
             camera.advance(&diagonal, 0.1, FLAT);
         }
@@ -325,9 +362,9 @@ mod tests {
     fn wheel_steps_by_a_fifth() {
         let mut camera = camera();
         camera.change_speed(2.0);
-        near(camera.speed_m_s, 720.0, 1e-9);
+        near(camera.speed_m_s(), 720.0, 1e-9);
         camera.change_speed(1e9);
-        near(camera.speed_m_s, SPEED_RANGE_M_S[1], 0.0);
+        near(camera.speed_factor, SPEED_FACTORS[1], 0.0);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Turns events of the window into actions: fly, look around, keys. Events for the panel are passed to the panel.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
+use glam::DVec2;
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 use winit::window::{CursorGrabMode, Window};
@@ -13,6 +14,10 @@ use super::overlay::Overlay;
 
 /// Pixels of scrolling on a touchpad that count as one notch of a wheel.
 const NOTCH_PX: f64 = 40.0;
+/// A button that is released within this distance of where it was pressed is a click, not a drag, in pixels.
+const CLICK_PX: f64 = 4.0;
+/// Longest time between the clicks of a double click.
+const DOUBLE_CLICK: Duration = Duration::from_millis(450);
 
 /// The reaction to an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,33 +28,79 @@ pub(super) enum Reaction {
     Panel,
     /// A frame: the camera may move.
     Fly,
+    /// A zoom toward the place under the cursor, in notches of the wheel.
+    Zoom(f64),
     /// A change of speed, in notches of the wheel.
-    Wheel(f64),
+    Speed(f64),
+    /// A double click at a position in the window, in pixels.
+    LookAt(DVec2),
     /// The action of a key.
     Do(Action),
 }
 
-/// Why the mouse looks around.
+/// What a drag of the mouse does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Look {
-    /// The right button is down.
-    Held,
-    /// The mouse is captured until Esc.
-    Captured,
+pub(super) enum DragKind {
+    /// Look around.
+    Look,
+    /// Turn about the place under the cursor.
+    Orbit,
+    /// Move the place under the cursor.
+    Pan,
+}
+
+/// A button of the mouse that is down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Drag {
+    pub kind: DragKind,
+    button: MouseButton,
+    /// Where the button was pressed, in pixels of the window.
+    pub from_px: DVec2,
+    /// Whether the mouse has moved far enough to be no click.
+    pub moves: bool,
 }
 
 /// State of keys, mouse and gamepads.
 pub(super) struct Input {
     keys: KeysDown,
     gamepads: Gamepads,
-    look: Option<Look>,
-    moved_px: [f64; 2],
+    drag: Option<Drag>,
+    /// Motion of the mouse while it looks around, in pixels.
+    looked_px: [f64; 2],
+    /// Motion of the cursor while it orbits, in pixels.
+    dragged_px: DVec2,
+    /// Position of the cursor in the window, in pixels.
+    cursor_px: Option<DVec2>,
+    last_click: Option<(Instant, DVec2)>,
 }
 
 impl Input {
     /// Creates the state in which nothing is pressed.
     pub(super) fn new() -> Self {
-        Self { keys: KeysDown::default(), gamepads: Gamepads::new(), look: None, moved_px: [0.0; 2] }
+        Self {
+            keys: KeysDown::default(),
+            gamepads: Gamepads::new(),
+            drag: None,
+            looked_px: [0.0; 2],
+            dragged_px: DVec2::ZERO,
+            cursor_px: None,
+            last_click: None,
+        }
+    }
+
+    /// Returns where the cursor is in the window, in pixels; `None` outside.
+    pub(super) fn cursor_px(&self) -> Option<DVec2> {
+        self.cursor_px
+    }
+
+    /// Returns the drag, if a button is down.
+    pub(super) fn drag(&self) -> Option<&Drag> {
+        self.drag.as_ref()
+    }
+
+    /// Returns by how much the cursor has been dragged since the last call, in pixels.
+    pub(super) fn take_dragged_px(&mut self) -> DVec2 {
+        std::mem::take(&mut self.dragged_px)
     }
 
     /// Returns the gamepads.
@@ -60,7 +111,7 @@ impl Input {
     /// Returns the input for a step of `step_s` that ends `now`; `deg_per_px` is the angle of a pixel in the middle of
     /// the window.
     pub(super) fn take(&mut self, deg_per_px: f64, now: Instant, step_s: f64) -> FlyInput {
-        let [right_px, down_px] = std::mem::take(&mut self.moved_px);
+        let [right_px, down_px] = std::mem::take(&mut self.looked_px);
         let look_deg = [right_px * deg_per_px, -down_px * deg_per_px];
         FlyInput { look_deg, ..self.keys.take(now, step_s) }.plus(self.gamepads.poll())
     }
@@ -77,21 +128,28 @@ impl Input {
 
     /// Handles a motion of the mouse; returns whether the view follows it.
     pub(super) fn on_mouse_motion(&mut self, (right_px, down_px): (f64, f64)) -> bool {
-        if self.look.is_some() {
-            self.moved_px[0] += right_px;
-            self.moved_px[1] += down_px;
+        let looks = self.looks();
+        if looks {
+            self.looked_px[0] += right_px;
+            self.looked_px[1] += down_px;
         }
-        self.look.is_some()
+        looks
     }
 
-    /// Releases the mouse; returns whether it was captured.
+    /// Returns whether the mouse looks around.
+    fn looks(&self) -> bool {
+        self.drag.is_some_and(|drag| drag.kind == DragKind::Look && drag.moves)
+    }
+
+    /// Ends a drag; returns whether there was one that moved.
     pub(super) fn release_mouse(&mut self, window: &Window) -> bool {
-        let held = self.look.take().is_some();
-        if held {
-            self.moved_px = [0.0; 2];
+        let looked = self.looks();
+        let moved = self.drag.take().is_some_and(|drag| drag.moves);
+        if looked {
+            self.looked_px = [0.0; 2];
             grab(window, false);
         }
-        held
+        moved
     }
 
     /// Forgets all keys and releases the mouse, because another window has the focus now.
@@ -111,13 +169,21 @@ impl Input {
                 self.on_key(window, overlay, event, key)
             }
             WindowEvent::MouseInput { state, button, .. } => self.on_button(window, overlay, event, *state, *button),
-            WindowEvent::MouseWheel { delta, .. } if self.look.is_some() || !overlay.wants_pointer() => {
-                Reaction::Wheel(match delta {
+            WindowEvent::MouseWheel { delta, .. } if self.drag.is_some() || !overlay.wants_click() => {
+                let notches = match delta {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
                     MouseScrollDelta::PixelDelta(by) => by.y / NOTCH_PX,
-                })
+                };
+                let is_speed = self.looks() || self.keys.control();
+                if is_speed { Reaction::Speed(notches) } else { Reaction::Zoom(notches) }
             }
-            WindowEvent::CursorMoved { .. } if self.look.is_some() => Reaction::Nothing,
+            WindowEvent::CursorMoved { position, .. } => {
+                self.on_cursor(window, overlay, event, DVec2::new(position.x, position.y))
+            }
+            WindowEvent::CursorLeft { .. } => {
+                self.cursor_px = None;
+                forward(window, overlay, event)
+            }
             event => forward(window, overlay, event),
         }
     }
@@ -135,7 +201,7 @@ impl Input {
         }
         let copies = code == KeyCode::KeyC && self.keys.control();
         // Backspace restores the default of the parameter under the mouse, and Esc closes a list before it leaves.
-        let closes = code == KeyCode::Escape && self.look.is_none() && overlay.has_popup();
+        let closes = code == KeyCode::Escape && self.drag.is_none() && overlay.has_popup();
         if copies || closes || code == KeyCode::Backspace {
             return forward(window, overlay, event);
         }
@@ -160,23 +226,73 @@ impl Input {
         state: ElementState,
         button: MouseButton,
     ) -> Reaction {
-        let down = state == ElementState::Pressed;
-        match (self.look, button) {
-            (Some(Look::Held), MouseButton::Right) if !down => {
-                self.release_mouse(window);
+        let is_down = state == ElementState::Pressed;
+        if let Some(drag) = self.drag {
+            if drag.button != button || is_down {
+                return Reaction::Nothing;
+            }
+            self.release_mouse(window);
+            return if drag.moves { Reaction::Fly } else { self.on_click(drag) };
+        }
+        // A click next to an open list closes the list.
+        let Some(from_px) = self.cursor_px.filter(|_| is_down && !overlay.wants_click()) else {
+            return forward(window, overlay, event);
+        };
+        let Some(kind) = drag_kind(button, &self.keys) else { return forward(window, overlay, event) };
+        overlay.stop_typing();
+        self.drag = Some(Drag { kind, button, from_px, moves: false });
+        self.dragged_px = DVec2::ZERO;
+        Reaction::Panel
+    }
+
+    /// Handles the end of a press that did not move.
+    fn on_click(&mut self, drag: Drag) -> Reaction {
+        if drag.button != MouseButton::Left {
+            return Reaction::Nothing;
+        }
+        let now = Instant::now();
+        let is_second = self.last_click.take().is_some_and(|(at, px)| {
+            now.saturating_duration_since(at) <= DOUBLE_CLICK && px.distance(drag.from_px) <= CLICK_PX
+        });
+        if is_second {
+            return Reaction::LookAt(drag.from_px);
+        }
+        self.last_click = Some((now, drag.from_px));
+        Reaction::Nothing
+    }
+
+    fn on_cursor(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, at_px: DVec2) -> Reaction {
+        let before_px = self.cursor_px.replace(at_px);
+        let Some(drag) = &mut self.drag else { return forward(window, overlay, event) };
+        if !drag.moves && at_px.distance(drag.from_px) > CLICK_PX {
+            drag.moves = true;
+            if drag.kind == DragKind::Look {
+                grab(window, true);
+            } else {
+                self.dragged_px = at_px - drag.from_px;
+                return Reaction::Fly;
+            }
+        }
+        match drag.kind {
+            DragKind::Orbit | DragKind::Pan if drag.moves => {
+                self.dragged_px += at_px - before_px.unwrap_or(at_px);
                 Reaction::Fly
             }
-            (Some(_), _) => Reaction::Nothing,
-            // A click next to an open list closes the list.
-            (None, MouseButton::Left | MouseButton::Right) if down && !overlay.wants_click() => {
-                self.look = Some(if button == MouseButton::Right { Look::Held } else { Look::Captured });
-                overlay.stop_typing();
-                grab(window, true);
-                Reaction::Panel
-            }
-            _ => forward(window, overlay, event),
+            _ => Reaction::Nothing,
         }
     }
+}
+
+/// Returns what a drag with a button does.
+fn drag_kind(button: MouseButton, keys: &KeysDown) -> Option<DragKind> {
+    Some(match button {
+        MouseButton::Middle if keys.shift() => DragKind::Pan,
+        MouseButton::Left if keys.alt() && keys.shift() => DragKind::Pan,
+        MouseButton::Middle => DragKind::Orbit,
+        MouseButton::Left if keys.alt() => DragKind::Orbit,
+        MouseButton::Left | MouseButton::Right => DragKind::Look,
+        _ => return None,
+    })
 }
 
 fn forward(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Reaction {

@@ -38,6 +38,12 @@ pub(super) enum Action {
     Save,
     /// Ask for the name of a new file for the style.
     SaveAs,
+    /// Look straight down at the place under the cursor.
+    TopView,
+    /// Show all of the land.
+    FrameAll,
+    /// Ask for coordinates to go to.
+    GoTo,
 }
 
 /// The keys and what they do, for the panel.
@@ -45,8 +51,15 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("W A S D", "fly"),
     ("Q E", "down, up"),
     ("Shift", "faster"),
-    ("wheel", "speed"),
-    ("right drag, click", "look around"),
+    ("drag", "look around"),
+    ("wheel", "zoom to the cursor"),
+    ("Ctrl wheel", "speed"),
+    ("middle drag, Alt drag", "orbit"),
+    ("Shift middle drag", "pan"),
+    ("double click", "look at"),
+    ("T", "top view"),
+    ("F", "frame all"),
+    ("L", "go to coordinates"),
     ("[ ]", "field of view"),
     ("Tab 1–9", "style"),
     ("− +", "resolution"),
@@ -87,6 +100,9 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<A
         Key::KeyH => Action::TogglePanel,
         Key::KeyI => Action::ToggleInspector,
         Key::KeyR => Action::Restart,
+        Key::KeyT => Action::TopView,
+        Key::KeyF => Action::FrameAll,
+        Key::KeyL => Action::GoTo,
         Key::F11 => Action::FullScreen,
         Key::BracketLeft => Action::Zoom(1.0 / 1.1),
         Key::BracketRight => Action::Zoom(1.1),
@@ -151,6 +167,11 @@ impl KeysDown {
     /// Returns whether Ctrl is down.
     pub(super) fn control(&self) -> bool {
         self.any(&[KeyCode::ControlLeft, KeyCode::ControlRight])
+    }
+
+    /// Returns whether Alt is down.
+    pub(super) fn alt(&self) -> bool {
+        self.any(&[KeyCode::AltLeft, KeyCode::AltRight])
     }
 
     /// Returns the input for a step of `step_s` that ends `now`; a key that was down for part of the step counts for
@@ -230,7 +251,7 @@ mod tests {
             camera.advance(&keys.take(at(begun, end_ms), step_s), step_s, |_| -1000.0);
         }
         assert!(camera.is_still());
-        camera.position_m.length() / camera.speed_m_s
+        camera.position_m.length() / camera.speed_m_s()
     }
 
     #[test]

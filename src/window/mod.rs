@@ -6,6 +6,7 @@
 //! depend on a window.
 
 mod app;
+mod camera_moves;
 mod clipboard;
 mod flight;
 pub(crate) mod fly_camera;
@@ -15,13 +16,17 @@ mod inspector;
 mod keys;
 mod overlay;
 mod panel;
+mod places;
+mod pointed;
 mod questions;
 mod screen;
 mod screenshot;
 mod settings;
 mod statistics;
+mod status;
 mod toasts;
 
+use glam::DVec2;
 use winit::event_loop::EventLoop;
 
 use crate::file::FileError;
@@ -84,6 +89,8 @@ pub(crate) struct FlightWorld {
     pub sun: Sun,
     /// Camera at the start; its z is absolute, in the world's frame.
     pub start: Camera,
+    /// West and south, east and north of the heights, in metres.
+    pub data_corners_m: [DVec2; 2],
 }
 
 /// Options of a flight; the panel can change most of them.

@@ -66,11 +66,15 @@ impl Overlay {
         self.context.memory_mut(|memory| memory.stop_text_input());
     }
 
+    /// Returns whether the mouse is over the panel or another window of it.
+    pub(super) fn is_over_panel(&self) -> bool {
+        let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
+        layer.is_some_and(|layer| layer.order != egui::Order::Background)
+    }
+
     /// Returns whether a click belongs to the panel, or closes one of its lists.
     pub(super) fn wants_click(&self) -> bool {
-        let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
-        let is_over_panel = layer.is_some_and(|layer| layer.order != egui::Order::Background);
-        is_over_panel || self.wants_pointer() || self.has_popup()
+        self.is_over_panel() || self.wants_pointer() || self.has_popup()
     }
 
     /// Returns whether a list, a menu or a picker of the panel is open.

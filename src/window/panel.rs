@@ -2,7 +2,7 @@
 
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
-use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_RANGE_M_S};
+use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_FACTORS};
 use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
@@ -17,7 +17,7 @@ const PLOT_HEIGHT: f32 = 26.0;
 /// Upper end of the convergence slider, which stands for infinity.
 const FARTHEST_M: f64 = 1e6;
 /// Colour of warnings.
-const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
+pub(super) const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
 /// Numbers that the panel shows.
 pub(super) struct PanelStats<'a> {
@@ -212,9 +212,12 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
 /// Adds the controls of the camera, and the buttons.
 fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, requests: &mut PanelRequests) {
     row(ui, "Above ground", format!("{} m", digits(stats.height_above_ground_m)));
-    let [slowest, fastest] = SPEED_RANGE_M_S;
-    let slider = Slider::new(&mut camera.speed_m_s, slowest..=fastest).logarithmic(true).suffix(" m/s").max_decimals(1);
-    labelled(ui, "Speed", "Full speed of the camera (mouse wheel)", slider);
+    row(ui, "Speed", format!("{} m/s", digits(camera.speed_m_s())));
+    let [slowest, fastest] = SPEED_FACTORS;
+    let slider =
+        Slider::new(&mut camera.speed_factor, slowest..=fastest).logarithmic(true).suffix(" ×").max_decimals(2);
+    let hint = "Factor on the speed, which follows from the height above the ground (Ctrl and the mouse wheel)";
+    labelled(ui, "Speed factor", hint, slider);
     let [narrowest, widest] = FOV_RANGE_DEG;
     // A start may be outside of the slider's range, and stays until the slider is moved.
     let clamping = egui::SliderClamping::Edits;

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use glam::DVec2;
+
 use super::FlyArgs;
 use super::opened::OpenedWorld;
 use crate::commands::arguments;
@@ -34,7 +36,12 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let (world, start) = opened.on_gpu(&args, gpu)?;
+        let data_m = world.data_extent_m();
+        let data_corners_m = data_m
+            .map(|[west, south, east, north]| [DVec2::new(west, south), DVec2::new(east, north)])
+            .unwrap_or_else(|| world.surfaces.terrain.corners_m());
         Ok(FlightWorld {
+            data_corners_m,
             name: title(args.world.name()),
             light: world.light(),
             sun: world.scene.sun,

@@ -57,8 +57,16 @@ impl Flight {
         match self.input.on_event(&self.window, &mut self.overlay, event) {
             Reaction::Nothing => Ok(Next::Sleep),
             Reaction::Panel | Reaction::Fly => Ok(Next::Frame),
-            Reaction::Wheel(notches) => {
+            Reaction::Speed(notches) => {
                 self.camera.change_speed(notches);
+                Ok(Next::Frame)
+            }
+            Reaction::Zoom(notches) => {
+                self.zoom(notches);
+                Ok(Next::Frame)
+            }
+            Reaction::LookAt(cursor_px) => {
+                self.look_at(cursor_px);
                 Ok(Next::Frame)
             }
             Reaction::Do(action) => self.act(action),
@@ -80,6 +88,9 @@ impl Flight {
             Action::Save => self.save_or_ask(),
             Action::SaveAs => self.ask_for_name(),
             Action::Restart => self.restart(),
+            Action::TopView => self.top_view(),
+            Action::FrameAll => self.frame_all(),
+            Action::GoTo => self.navigation.go_to.open(),
             Action::FullScreen => {
                 let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
                 self.window.set_fullscreen(full);
@@ -119,7 +130,8 @@ impl Flight {
         let built = builds.then_some(self.next_built);
         let shaders = self.gpu.pipelines().watches().then_some(self.next_shaders);
         let toast = self.toasts.next_end();
-        let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders];
+        let pointed = self.navigation.look_at();
+        let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed];
         due.into_iter().flatten().min()
     }
 
@@ -133,6 +145,15 @@ impl Flight {
             }
         }
         self.look_after_shaders(now);
+        if self.navigation.look_at().is_some_and(|at| at <= now) {
+            // Poll without waiting for the GPU.
+            if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
+                tracing::debug!("{error}");
+            }
+            if self.take_pointed() {
+                return Next::Frame;
+            }
+        }
         if self.stale {
             return Next::Frame;
         }
