@@ -323,3 +323,91 @@ fn flies_and_takes_pictures() {
     assert_eq!(status.code(), Some(0), "{}", printed());
     assert!(!printed().contains("ERROR") && !printed().contains("panicked"), "{}", printed());
 }
+
+/// Returns the path of the picture that F12 writes.
+fn taken(display: &Display, folder: &Path) -> PathBuf {
+    let before = pictures(folder);
+    display.key(&["key", "F12"]);
+    until("F12", || pictures(folder).into_iter().find(|path| !before.contains(path)))
+}
+
+/// Draws a picture again by its imprint, with more arguments.
+fn drawn_again(folder: &Path, picture: &Path, arguments: &[&str]) -> Picture {
+    let again = folder.join("again.png");
+    let mut command = hachure(folder);
+    command.arg("render").arg("--like").arg(picture).arg("-o").arg(&again).args(arguments);
+    command.env("XDG_RUNTIME_DIR", folder);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    read_rgba8(&again).unwrap()
+}
+
+#[test]
+fn a_picture_is_drawn_again_bit_for_bit() {
+    if !can_run() {
+        return;
+    }
+    // Lines, strokes, hatching, watercolour, and map colours.
+    for style in ["ink", "strokes", "crosshatch", "wash", "relief"] {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let display = Display::open().expect("Xvfb must start");
+        let (mut program, _) = open_with(&display, folder, &[], &["--style", style]);
+        let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+        // After a flight, the history of the window is not that of a single picture.
+        display.key(&["keydown", "w"]);
+        std::thread::sleep(Duration::from_millis(400));
+        display.key(&["keyup", "w"]);
+        std::thread::sleep(Duration::from_millis(1500));
+        let path = taken(&display, folder);
+        let picture = read_rgba8(&path).unwrap();
+        assert_eq!((picture.width, picture.height), (320, 200));
+        assert!(drawn_again(folder, &path, &[]) == picture, "{style}: {}", printed());
+        // Planted errors: another sun, and an edge that is smoothed less.
+        assert!(drawn_again(folder, &path, &["--sun", "120,30"]) != picture, "{style}: another sun");
+        assert!(drawn_again(folder, &path, &["--samples", "8"]) != picture, "{style}: fewer samples");
+        assert!(program.0.try_wait().unwrap().is_none(), "{}", printed());
+    }
+}
+
+#[test]
+fn the_mouse_navigates_by_the_place_under_the_cursor() {
+    if !can_run() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let display = Display::open().expect("Xvfb must start");
+    let camera = "--camera=0,-3500,+900,0,-12,45";
+    let (mut program, window) = open_with(&display, folder, &[], &[camera, "--style", "plain"]);
+    let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+    let start = take_picture(&display, folder);
+    display.key(&["key", "h"]);
+    let moves = |what: &str, arguments: &[&[&str]]| {
+        for argument in arguments {
+            display.key(argument);
+            std::thread::sleep(Duration::from_millis(250));
+        }
+        std::thread::sleep(Duration::from_millis(1200));
+        assert!(take_picture(&display, folder) != start, "{what} changed nothing");
+        display.key(&["key", "r"]);
+        std::thread::sleep(Duration::from_millis(250));
+        assert!(take_picture(&display, folder) == start, "R did not go back after {what}");
+    };
+    let at = ["mousemove", "--window", &window, "170", "120"];
+    let beside = ["mousemove", "--window", &window, "230", "140"];
+    moves("the wheel", &[&at, &["click", "4"]]);
+    moves("the middle button", &[&at, &["mousedown", "2"], &beside, &["mouseup", "2"]]);
+    moves("the left button", &[&at, &["mousedown", "1"], &beside, &["mouseup", "1"]]);
+    moves("a double click", &[&beside, &["click", "--repeat", "2", "--delay", "60", "1"]]);
+    moves("the top view", &[&at, &["key", "t"]]);
+    moves("frame all", &[&["key", "f"]]);
+    moves("coordinates", &[&["key", "l"], &["type", "x100,y200"], &["key", "Return"]]);
+    // A single click neither moves the camera nor captures the mouse.
+    display.key(&at);
+    display.key(&["click", "1"]);
+    display.key(&beside);
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(take_picture(&display, folder) == start, "a click moved the camera");
+    assert!(program.0.try_wait().unwrap().is_none(), "{}", printed());
+}

@@ -4,8 +4,10 @@ use std::str::FromStr;
 
 use clap::Args;
 
+use super::arguments;
 use super::misuse::Misuse;
 use crate::scene::camera::Camera;
+use crate::scene::ranges;
 use crate::scene::sun_time::{LatLon, Moment};
 use crate::scene::{Scene, SceneFocus, Sun, SunTime};
 
@@ -37,6 +39,10 @@ pub(crate) struct LightArgs {
     /// three radii on it is reduced by STRENGTH, 0 to 1 [default strength: 0.7]
     #[arg(long, value_name = "EAST,NORTH,RADIUS[,STRENGTH]", value_parser = SceneFocus::from_str, allow_hyphen_values = true)]
     pub focus: Option<SceneFocus>,
+    /// Distance at which haze takes 63 % of the contrast, in metres [default: the scene's, or from the size of the
+    /// world]
+    #[arg(long, value_name = "METRES", value_parser = arguments::within(ranges::HAZE_M), allow_hyphen_values = true)]
+    pub haze: Option<f64>,
 }
 
 impl LightArgs {
@@ -62,6 +68,7 @@ impl LightArgs {
             scene.sun_time = Some(SunTime { moment, place });
         }
         scene.focus = self.focus.or(scene.focus);
+        scene.haze.distance_m = self.haze.or(scene.haze.distance_m);
         scene
     }
 
@@ -95,6 +102,9 @@ mod tests {
         let at_noon = noon.over(Scene::default());
         assert_eq!(at_noon.sun_time.unwrap().moment.to_string(), "2026-06-21T12:00+00:00");
         assert_eq!(low.over(at_noon).sun_time, None, "--sun comes before the date of a scene");
+        let hazy = LightArgs { haze: Some(2500.0), ..LightArgs::default() };
+        assert_eq!(hazy.over(Scene::default()).light([1e5, 1e5]).haze_m, 2500.0);
+        assert_eq!(LightArgs::default().over(hazy.over(Scene::default())).haze.distance_m, Some(2500.0));
         let mut sun = Sun { azimuth_deg: 315.0, elevation_deg: 12.0 };
         let camera: Camera = "0,0,+300,30,-5,50".parse().unwrap();
         LightArgs::default().place_sun(&mut sun, &camera);

@@ -185,7 +185,7 @@ pub(crate) struct RenderArgs {
 /// The size without `--size`, in pixels.
 const SIZE_PX: [u32; 2] = [1280, 720];
 /// The memory for tiles without `--tile-memory`, in MiB.
-const TILE_MEMORY_MIB: u64 = 512;
+pub(crate) const TILE_MEMORY_MIB: u64 = 512;
 /// The style without `--style`.
 const STYLE: &str = "ink";
 

@@ -6,7 +6,7 @@
 //! that is not secret is stored.
 //!
 //! ```toml
-//! version = 1                  # of this format, from 1 to 5; a reader rejects newer ones
+//! version = 1                  # of this format, from 1 to 6; a reader rejects newer ones
 //! hachure = "0.1.0"            # version of the program that wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the built-in world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -113,6 +113,8 @@ pub struct More {
     pub tile_rows: Option<String>,
     /// Value of `--exaggeration`.
     pub exaggeration: Option<f64>,
+    /// Value of `--haze`.
+    pub haze: Option<f64>,
     /// Value of `--eyes`.
     pub eyes: Option<String>,
     /// Distance between the eyes.
@@ -152,15 +154,17 @@ pub struct More {
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
-    /// are read; 5 `exaggeration`.
+    /// are read; 5 `exaggeration`; 6 `haze`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
+        const EXAGGERATED: u32 = 5;
         let reads_as_usual = self.height_scale.is_none()
             && self.height_offset.is_none()
             && self.height_unit.is_none()
             && self.tile_rows.is_none();
         match self {
-            _ if self.exaggeration.is_some() => VERSION,
+            _ if self.haze.is_some() => VERSION,
+            _ if self.exaggeration.is_some() => EXAGGERATED,
             _ if !reads_as_usual => HEIGHTS,
             Self { frames: Some(_), .. } | Self { fps: Some(FrameRate::Fraction(..)), .. } => HEIGHTS,
             Self { voids: None, tile_memory: None, antialias: None, title: None, focus: None, water: None, .. } => {
@@ -189,6 +193,7 @@ impl More {
             height_scale,
             height_offset,
             exaggeration,
+            haze,
             tile_memory,
             convergence,
             margin,
@@ -220,6 +225,7 @@ impl More {
             ("height_scale", *height_scale, ranges::HEIGHT_SCALE_M),
             ("height_offset", *height_offset, ranges::HEIGHT_OFFSET_M),
             ("exaggeration", *exaggeration, ranges::EXAGGERATION),
+            ("haze", *haze, ranges::HAZE_M),
             ("tile_memory", tile_memory.map(|mib| mib as f64), ranges::TILE_MEMORY_MIB),
             ("convergence", *convergence, ranges::CONVERGENCE_M),
             ("margin", *margin, ranges::MARGIN_MM),

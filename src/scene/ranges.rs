@@ -117,6 +117,8 @@ pub(crate) const MAP_WIDTH_M: NumberRange = NumberRange::Within(1e-3, super::cam
 pub(crate) const STAND_DISTANCE_M: NumberRange = NumberRange::Within(0.01, 1e7);
 /// Factor on all heights.
 pub(crate) const EXAGGERATION: NumberRange = NumberRange::Above0To(1000.0);
+/// Distance at which haze has taken 63 % of the contrast, in metres.
+pub(crate) const HAZE_M: NumberRange = NumberRange::Above0;
 /// Elevation of the sun, in degrees.
 pub(crate) const ELEVATION_DEG: NumberRange = NumberRange::Within(-90.0, 90.0);
 
@@ -146,6 +148,7 @@ mod tests {
             MAP_WIDTH_M,
             STAND_DISTANCE_M,
             EXAGGERATION,
+            HAZE_M,
             ELEVATION_DEG,
         ];
         for range in ranges {

@@ -89,7 +89,7 @@ impl ApplicationHandler for App {
     }
 
     fn user_event(&mut self, events: &ActiveEventLoop, (): ()) {
-        self.with_flight(events, |flight| Ok(flight.on_files_changed()));
+        self.with_flight(events, |flight| Ok(flight.on_woken()));
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {

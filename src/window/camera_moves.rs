@@ -250,7 +250,7 @@ mod tests {
         assert!((turned.yaw_deg - 90.0).abs() < 1e-9 && (turned.pitch_deg + 45.0).abs() < 1e-9);
         // Planted error: looking around instead of turning about the place.
         let mut looked = start.clone();
-        looked.yaw_deg += 10.0;
+        looked.yaw_deg += 25.0;
         assert!(part(&looked, PLACE_M).distance(before) > 0.1);
         // Zooming ends at the same distance at any frame rate.
         for frame_s in [0.005, 0.05, 0.5] {

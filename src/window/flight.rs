@@ -7,6 +7,7 @@
 
 mod controls;
 mod edits;
+mod land;
 mod navigate;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,14 +19,18 @@ use winit::dpi::PhysicalSize;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::window::Window;
 
+use self::controls::TOAST;
 use self::navigate::Navigation;
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::input::Input;
 use super::inspector::{Inspector, Shown as InspectorShown};
+use super::light::LightPanel;
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
+use super::pictures::Pictures;
 use super::places::Places;
 use super::questions::Questions;
+use super::reopening::Reopening;
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
@@ -41,9 +46,11 @@ use crate::gpu::device::instance_descriptor;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
 use crate::lines::strokes::AsyncStrokeNumbers;
+use crate::scene::SceneFocus;
 use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, View};
+use crate::source::EarthPlace;
 use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
 use crate::style::Style;
@@ -68,6 +75,7 @@ pub(super) enum Next {
 /// A flight over a world in a window.
 pub(super) struct Flight {
     // Fields are dropped in this order: what was created by the GPU is dropped before it.
+    pictures: Pictures,
     overlay: Overlay,
     screen: Screen,
     renderer: Option<Renderer>,
@@ -79,6 +87,11 @@ pub(super) struct Flight {
     camera: FlyCamera,
     start: FlyCamera,
     navigation: Navigation,
+    light_panel: LightPanel,
+    /// The land with another exaggeration, while it is being read.
+    reopening: Option<Reopening>,
+    /// Wakes the event loop from other threads.
+    proxy: EventLoopProxy<()>,
     settings: Settings,
     styles: Styles,
     frame_times: FrameTimes,
@@ -167,17 +180,24 @@ impl Flight {
             lod_error_px: world.surfaces.terrain.options().lod_error_px,
             sun: world.sun,
             haze_m: world.light.haze_m,
+            exaggeration: world.surfaces.exaggeration(),
+            focus: world.scene.focus,
             eyes: options.eyes,
             pair: options.pair,
             follows_land: options.follows_land,
         };
+        let store = world.surfaces.terrain.store();
+        let size = store.levels()[0];
+        let earth = EarthPlace::of_grid(store.georeference(), size.width, size.height);
         let (pose, pair, prepared) = (start.pose(), options.pair, Prepared::default());
         let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0 };
         window.set_title(&format!("{} — hachure", world.name));
         window.set_visible(true);
         // An event loop that has ended needs no waking.
-        let watch = FileWatch::start(move || _ = proxy.send_event(()));
+        let [of_pictures, of_files] = [proxy.clone(), proxy.clone()];
+        let watch = FileWatch::start(move || _ = of_files.send_event(()));
         let mut flight = Self {
+            pictures: Pictures::start(move || _ = of_pictures.send_event(())),
             overlay,
             screen,
             renderer: None,
@@ -185,6 +205,9 @@ impl Flight {
             input: Input::new(),
             camera: start.clone(),
             start,
+            light_panel: LightPanel::new(earth),
+            reopening: None,
+            proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
             settings,
             styles,
@@ -305,6 +328,7 @@ impl Flight {
         let mut light = self.world.light;
         light.to_sun = self.settings.sun.direction();
         light.haze_m = self.settings.haze_m;
+        light.focus = self.settings.focus.as_ref().map(SceneFocus::focus);
         light
     }
 
@@ -353,7 +377,8 @@ impl Flight {
         let (words, projection) = (if self.panel_shown { words } else { Vec::new() }, projection.map(str::to_owned));
         let painted = self.overlay.run(&self.window, |context| {
             if self.panel_shown {
-                requests = panel::show(context, &stats, &self.styles, &mut self.settings, &mut self.camera);
+                let (settings, camera) = (&mut self.settings, &mut self.camera);
+                requests = panel::show(context, &stats, &self.styles, settings, camera, &mut self.light_panel);
             }
             if self.inspector_shown
                 && let Some(document) = self.styles.document(settings_before.style)
@@ -381,11 +406,15 @@ impl Flight {
         if let Some(text) = typed {
             self.go_to(&text);
         }
+        if requests.light.place_focus {
+            self.place_focus();
+        }
+        self.follow_exaggeration();
         if requests.restart {
             self.restart();
         }
         if requests.screenshot {
-            self.take_screenshot()?;
+            self.take_screenshot();
         }
         Ok(painted)
     }

@@ -194,7 +194,8 @@ impl FlyCamera {
         }
     }
 
-    fn exact(&self) -> Camera {
+    /// Returns the camera with all digits.
+    pub(crate) fn exact(&self) -> Camera {
         Camera {
             position_m: self.position_m,
             height_above_ground: false,
@@ -325,9 +326,9 @@ mod tests {
         assert!(camera.is_still());
         near(camera.yaw_deg, 40.0, 1e-9);
         near(camera.pitch_deg, 5.0, 1e-9);
-        let rest = camera.clone();
+        let rest = camera.stand();
         assert!(!camera.advance(&still, 1.0, FLAT));
-        assert_eq!(camera, rest);
+        assert_eq!(camera.stand(), rest);
     }
 
     #[test]

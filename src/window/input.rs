@@ -32,6 +32,8 @@ pub(super) enum Reaction {
     Zoom(f64),
     /// A change of speed, in notches of the wheel.
     Speed(f64),
+    /// A click at a position in the window, in pixels.
+    Click(DVec2),
     /// A double click at a position in the window, in pixels.
     LookAt(DVec2),
     /// The action of a key.
@@ -258,7 +260,7 @@ impl Input {
             return Reaction::LookAt(drag.from_px);
         }
         self.last_click = Some((now, drag.from_px));
-        Reaction::Nothing
+        Reaction::Click(drag.from_px)
     }
 
     fn on_cursor(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, at_px: DVec2) -> Reaction {

@@ -14,17 +14,22 @@ mod gamepad;
 mod input;
 mod inspector;
 mod keys;
+mod light;
 mod overlay;
 mod panel;
+mod pictures;
 mod places;
 mod pointed;
 mod questions;
+mod reopening;
 mod screen;
 mod screenshot;
 mod settings;
 mod statistics;
 mod status;
 mod toasts;
+
+use std::sync::Arc;
 
 use glam::DVec2;
 use winit::event_loop::EventLoop;
@@ -33,9 +38,11 @@ use crate::file::FileError;
 use crate::frame::{Antialias, Light};
 use crate::gpu::device::AdapterWish;
 use crate::gpu::{Gpu, GpuError};
-use crate::scene::Sun;
+use crate::picture::imprint::More;
+use crate::pyramid::TileStore;
 use crate::scene::camera::Camera;
 use crate::scene::stereo::{Eyes, Pair};
+use crate::scene::{Scene, Sun};
 use crate::style::StyleError;
 use crate::world::Surfaces;
 
@@ -89,6 +96,14 @@ pub(crate) struct FlightWorld {
     pub sun: Sun,
     /// Camera at the start; its z is absolute, in the world's frame.
     pub start: Camera,
+    /// The world's name as it was given; `None` is the built-in world.
+    pub world: Option<String>,
+    /// The options of the world, for the imprints of pictures.
+    pub more: More,
+    /// The tiles without exaggeration.
+    pub heights: Arc<dyn TileStore>,
+    /// The scene of the world.
+    pub scene: Scene,
     /// West and south, east and north of the heights, in metres.
     pub data_corners_m: [DVec2; 2],
 }

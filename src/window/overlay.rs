@@ -77,6 +77,11 @@ impl Overlay {
         self.is_over_panel() || self.wants_pointer() || self.has_popup()
     }
 
+    /// Returns whether the mouse holds something in the panel.
+    pub(super) fn is_dragging(&self) -> bool {
+        self.context.egui_is_using_pointer()
+    }
+
     /// Returns whether a list, a menu or a picker of the panel is open.
     pub(super) fn has_popup(&self) -> bool {
         egui::Popup::is_any_open(&self.context)

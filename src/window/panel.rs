@@ -4,6 +4,7 @@ use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
 use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_FACTORS};
 use super::keys;
+use super::light::{LightPanel, LightRequests};
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
 use crate::frame::Antialias;
@@ -62,6 +63,8 @@ pub(super) struct PanelRequests {
     pub restart: bool,
     /// Whether to show the inspector of the style, or to hide it.
     pub inspector: bool,
+    /// The requests in the controls of light.
+    pub light: LightRequests,
 }
 
 /// Sets sizes and colours, once.
@@ -91,6 +94,7 @@ pub(super) fn show(
     styles: &Styles,
     settings: &mut Settings,
     camera: &mut FlyCamera,
+    light: &mut LightPanel,
 ) -> PanelRequests {
     let mut requests = PanelRequests::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
@@ -102,7 +106,7 @@ pub(super) fn show(
             section(ui, "Performance", true, |ui| performance(ui, stats));
             section(ui, "GPU time by pass", false, |ui| passes(ui, stats));
             section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
-            section(ui, "Light", false, |ui| light(ui, settings));
+            section(ui, "Light", false, |ui| requests.light = light.show(ui, settings, camera.yaw_deg));
             section(ui, "Keys", false, |ui| {
                 keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
             });
@@ -126,7 +130,7 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
 }
 
 /// Adds a row with a name on the left and a widget on the right; both show `hint` as a tooltip.
-fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
+pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(widget).on_hover_text(hint));
@@ -236,20 +240,6 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
         requests.screenshot =
             ui.button("Save picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
     });
-}
-
-/// Adds the controls of sun and haze.
-fn light(ui: &mut Ui, settings: &mut Settings) {
-    let slider = Slider::new(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
-    labelled(ui, "Sun azimuth", "Azimuth, clockwise from north", slider);
-    let slider = Slider::new(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
-    labelled(ui, "Sun elevation", "Elevation above the horizon", slider);
-    let mut haze_km = settings.haze_m / 1000.0;
-    let slider = Slider::new(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
-    labelled(ui, "Haze", "Distance at which 63 % of the contrast is lost", slider);
-    if (haze_km * 1000.0 - settings.haze_m).abs() > 1e-6 * settings.haze_m {
-        settings.haze_m = haze_km * 1000.0;
-    }
 }
 
 /// Adds times, and numbers of what is drawn and loaded.

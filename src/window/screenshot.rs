@@ -1,42 +1,88 @@
-//! Screenshots: write the picture, without the panel, to a file in the current folder.
+//! Screenshots: draw the picture, without the panel, into a file in the current folder, with its imprint.
+//!
+//! A screenshot is drawn as `hachure render` draws: by a renderer and a terrain of its own, which wait for all tiles. So
+//! `render --like` draws the same picture again, and the window's frames go on. Why: `docs/decisions/screenshots.md`.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use crate::file::FileError;
-use crate::file::png::PngWriter;
-use crate::frame::Renderer;
+use crate::file::imprint::Notes;
+use crate::file::png::{PngPixels, PngWriter};
+use crate::frame::Antialias;
 use crate::gpu::Gpu;
-use crate::picture::{self, PictureError, PictureRequest, eyes};
-use crate::scene::stereo::Eyes;
-use crate::window::settings::Settings;
-use crate::world::Surfaces;
+use crate::picture::imprint::Imprint;
+use crate::picture::{self, PictureRequest, eyes};
+use crate::pyramid::TileStore;
+use crate::scene::Scene;
+use crate::scene::stereo::{Eyes, Pair};
+use crate::scene::view::Clock;
+use crate::source::Silent;
+use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::world::OpenWorld;
 
-/// Renders `request` and writes it to `folder`, under a name that does not exist yet.
+/// A picture to be taken: everything that it depends on, at the moment at which it was requested.
+pub(super) struct Shot {
+    /// The device of the window.
+    pub gpu: Gpu,
+    /// The scene with the light of the window.
+    pub scene: Scene,
+    /// The tiles of the scene, exaggerated.
+    pub store: Arc<dyn TileStore>,
+    /// The options of the window's terrain.
+    pub options: TerrainOptions,
+    /// How the picture is drawn: camera, style, size of one eye's picture and the rest.
+    pub imprint: Imprint,
+    /// Eyes that are shown.
+    pub eyes: Eyes,
+    /// The stereo pair.
+    pub pair: Pair,
+}
+
+/// Draws a picture and writes it to `folder`, under a name that does not exist yet.
 ///
 /// # Errors
-/// Fails if the GPU or writing the file fails.
-pub(super) fn take(
-    gpu: &Gpu,
-    renderer: &mut Option<Renderer>,
-    world: &mut Surfaces,
-    request: &PictureRequest<'_>,
-    settings: &Settings,
-    folder: &Path,
-) -> Result<PathBuf, PictureError<FileError>> {
+/// Fails if tiles cannot be read, or if the GPU or writing the file fails. The message is one line.
+pub(super) fn take(shot: &Shot, folder: &Path) -> Result<PathBuf, String> {
+    let Shot { gpu, scene, store, options, imprint, eyes, pair } = shot;
+    let options = TerrainOptions { loading: Loading::Wait, ..options.clone() };
+    let world = OpenWorld::on_gpu_with(gpu, scene.clone(), Arc::clone(store), options, &Silent);
+    let mut world = world.map_err(|error| error.to_string())?;
+    let pose = world.pose(&imprint.camera);
+    let request = PictureRequest {
+        pose,
+        previous: pose,
+        clock: Clock::still(imprint.more.time_s.unwrap_or(0.0)),
+        size_px: imprint.size_px,
+        style: &imprint.style,
+        light: world.light(),
+        planes: &[],
+        samples: imprint.more.samples.unwrap_or(1),
+        antialias: Antialias::None,
+    };
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let path = free_path(folder, &stem(now));
-    let [width, height] = request.size_px;
-    let width = if settings.eyes == Eyes::SideBySide { 2 * width } else { width };
-    let mut writer = PngWriter::create(&path, width, height).map_err(PictureError::Sink)?;
-    if settings.eyes == Eyes::Mono {
-        picture::render(gpu, renderer, world, request, |band| writer.write_rows(&picture::srgb8(&band.picture)))?;
+    let [width, height] = imprint.size_px;
+    let width = if *eyes == Eyes::SideBySide { 2 * width } else { width };
+    let text = imprint.text();
+    let notes = Notes { imprint: Some(&text), ..Notes::default() };
+    let mut writer =
+        PngWriter::create_noted(&path, width, height, PngPixels::Rgba8, &notes).map_err(|it| it.to_string())?;
+    let mut take = |bands| writer.write_rows(&picture::srgb8(&eyes::joined(width, bands)));
+    let (renderer, surfaces) = (&mut None, &mut world.surfaces);
+    let drawn = if *eyes == Eyes::Mono {
+        picture::render(gpu, renderer, surfaces, &request, |band| take(vec![band]))
     } else {
-        picture::render_pair(gpu, renderer, world, request, &settings.pair, |bands| {
-            writer.write_rows(&picture::srgb8(&eyes::joined(width, eyes::shown(settings.eyes, bands))))
-        })?;
+        picture::render_pair(gpu, renderer, surfaces, &request, pair, |bands| take(eyes::shown(*eyes, bands)))
+    };
+    let report = drawn.map_err(|error| error.to_string())?;
+    // A picture with missing tiles must not be written.
+    match (report.tiles_failed, world.surfaces.terrain.failure()) {
+        (0, None) => {}
+        (_, Some(failure)) => return Err(format!("a tile could not be read: {failure}")),
+        (tiles, None) => return Err(format!("{tiles} tiles could not be read")),
     }
-    writer.finish().map_err(PictureError::Sink)?;
+    writer.finish().map_err(|error| error.to_string())?;
     Ok(path)
 }
 

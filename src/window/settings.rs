@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::frame::Antialias;
-use crate::scene::Sun;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, Pair};
 use crate::scene::view::{Rig, View};
+use crate::scene::{SceneFocus, Sun};
 use crate::studio::document::StyleDocument;
 use crate::style::{self, Style};
 
@@ -32,6 +32,10 @@ pub(super) struct Settings {
     pub sun: Sun,
     /// Distance at which haze has removed 63 % of the contrast.
     pub haze_m: f64,
+    /// Factor on all heights; the land follows once it is read again.
+    pub exaggeration: f64,
+    /// The area of full contrast, if the scene or the user places one.
+    pub focus: Option<SceneFocus>,
     /// Eyes that are shown.
     pub eyes: Eyes,
     /// The stereo pair.
@@ -41,11 +45,14 @@ pub(super) struct Settings {
 }
 
 impl Settings {
+    /// Returns the size of one eye's picture in a window of `window_px`, at the window's own resolution.
+    pub(super) fn eye_px(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+        [if self.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height]
+    }
+
     /// Returns the size of one eye's picture in a window of `window_px`.
     pub(super) fn picture_px(&self, window_px: [u32; 2]) -> [u32; 2] {
-        let [width, height] = window_px;
-        let eye_px = [if self.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height];
-        eye_px.map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
+        self.eye_px(window_px).map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
     }
 
     /// Returns the samples per pixel of a screenshot.
@@ -165,15 +172,16 @@ impl Styles {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn settings() -> Settings {
+    pub(crate) fn settings() -> Settings {
         let (eyes, pair) = (Eyes::Mono, Pair::default());
         let sun = Sun::default();
         let antialias = Antialias::None;
         let (style, scale, lod_error_px, haze_m, follows_land) = (0, 0, 1.0, 1000.0, false);
-        Settings { style, scale, antialias, lod_error_px, sun, haze_m, eyes, pair, follows_land }
+        let (exaggeration, focus) = (1.0, None);
+        Settings { style, scale, antialias, lod_error_px, sun, haze_m, exaggeration, focus, eyes, pair, follows_land }
     }
 
     #[test]

@@ -7,6 +7,8 @@ use super::pointed::Pointed;
 
 /// Distance from the border of the window, in points.
 const MARGIN: f32 = 8.0;
+/// Distance of the field from the border of the window, in points: the line is below it.
+const LINE: f32 = 40.0;
 
 /// The field for coordinates, while it is open.
 #[derive(Debug, Default)]
@@ -83,23 +85,37 @@ pub(super) fn show(context: &egui::Context, words: &[String], hint: Option<&str>
     if words.is_empty() && go_to.text.is_none() {
         return None;
     }
-    let mut typed = None;
-    let area = egui::Area::new(egui::Id::unique("status")).order(egui::Order::Middle);
-    // Without the field, the line is only read: clicks are for the picture below it.
-    let area = area.interactable(go_to.text.is_some()).anchor(Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]);
-    area.show(context, |ui| {
-        egui::Frame::window(ui.style()).inner_margin(egui::Margin::symmetric(8, 4)).show(ui, |ui| {
-            ui.set_max_width((ui.ctx().content_rect().width() - 4.0 * MARGIN).max(60.0));
-            typed = go_to.show(ui);
-            if !words.is_empty() {
+    if !words.is_empty() {
+        // The line is only read: clicks are for the picture below it.
+        let area = egui::Area::new(egui::Id::unique("status")).order(egui::Order::Middle).interactable(false);
+        area.anchor(Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(context, |ui| {
+            frame(ui).show(ui, |ui| {
+                ui.set_max_width(widest(ui));
                 ui.horizontal_wrapped(|ui| {
                     words.iter().for_each(|word| _ = ui.label(RichText::new(word).monospace()));
                     hint.iter().for_each(|hint| _ = ui.label(RichText::new(*hint).weak()));
                 });
-            }
+            });
+        });
+    }
+    go_to.text.as_ref()?;
+    let mut typed = None;
+    let area = egui::Area::new(egui::Id::unique("go to")).order(egui::Order::Foreground);
+    area.anchor(Align2::LEFT_BOTTOM, [MARGIN, -LINE]).show(context, |ui| {
+        frame(ui).show(ui, |ui| {
+            ui.set_max_width(widest(ui));
+            typed = go_to.show(ui);
         });
     });
     typed
+}
+
+fn frame(ui: &Ui) -> egui::Frame {
+    egui::Frame::window(ui.style()).inner_margin(egui::Margin::symmetric(8, 4))
+}
+
+fn widest(ui: &Ui) -> f32 {
+    (ui.ctx().content_rect().width() - 4.0 * MARGIN).max(60.0)
 }
 
 #[cfg(test)]

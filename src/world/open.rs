@@ -182,6 +182,11 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
     open_store_unnamed(scene, progress).map_err(|error| error.of(scene))
 }
 
+/// Returns the tiles of a store with exaggerated heights; `store` itself if the factor is 1.
+pub(crate) fn exaggerated(store: Arc<dyn TileStore>, factor: f64) -> Arc<dyn TileStore> {
+    Exaggerated::over(store, factor)
+}
+
 fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let store: Arc<dyn TileStore> = match &scene.world {
         World::File(path) => several(std::slice::from_ref(path), &scene.heights, progress)?,

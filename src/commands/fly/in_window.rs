@@ -7,6 +7,7 @@ use glam::DVec2;
 use super::FlyArgs;
 use super::opened::OpenedWorld;
 use crate::commands::arguments;
+use crate::commands::render::{self, like};
 use crate::gpu::device::AdapterWish;
 use crate::window::{FlightOptions, FlightWorld, Windowing};
 
@@ -33,6 +34,9 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     // Also before the window opens: it may take a while.
     let opened = OpenedWorld::new(args)?;
+    let heights = opened.heights();
+    let mut more = like::of_world(&args.world);
+    more.tile_memory = Some(args.tile_memory).filter(|mib| *mib != render::TILE_MEMORY_MIB);
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let (world, start) = opened.on_gpu(&args, gpu)?;
@@ -42,6 +46,10 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
             .unwrap_or_else(|| world.surfaces.terrain.corners_m());
         Ok(FlightWorld {
             data_corners_m,
+            world: args.world.name.clone(),
+            more,
+            heights,
+            scene: world.scene.clone(),
             name: title(args.world.name()),
             light: world.light(),
             sun: world.scene.sun,

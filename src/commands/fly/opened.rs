@@ -16,6 +16,8 @@ use crate::world::{self, OpenWorld};
 /// A scene with the tiles of its land.
 pub(super) struct OpenedWorld {
     scene: Scene,
+    /// The tiles without exaggeration.
+    heights: Arc<dyn TileStore>,
     store: Arc<dyn TileStore>,
     /// The place to look at: east and north in metres.
     looked_at_m: Option<DVec2>,
@@ -25,9 +27,17 @@ impl OpenedWorld {
     /// Opens the world of the arguments. A DEM that is opened for the first time takes a while to bake.
     pub(super) fn new(args: &FlyArgs) -> anyhow::Result<Self> {
         let scene = args.world.scene()?;
-        let store = world::open_store(&scene, &Bar::default())?;
+        let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
+        let heights = world::open_store(&true_to_scale, &Bar::default())?;
+        let store = world::exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);
         let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
-        Ok(Self { scene, store, looked_at_m })
+        Ok(Self { scene, heights, store, looked_at_m })
+    }
+
+    /// Returns the tiles without exaggeration.
+    #[cfg(feature = "window")]
+    pub(super) fn heights(&self) -> Arc<dyn TileStore> {
+        Arc::clone(&self.heights)
     }
 
     /// Puts the world onto a GPU, and returns it with the camera at the start.

@@ -19,10 +19,11 @@ pub(super) use names::Names;
 use super::RenderArgs;
 use crate::commands::misuse::Misuse;
 use crate::commands::program::{Cli, Command};
+use crate::commands::world_args::WorldArgs;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Antialias;
-use crate::picture::imprint::Imprint;
+use crate::picture::imprint::{Imprint, More};
 use crate::scene::camera::Camera;
 use crate::scene::ranges;
 use crate::scene::view::Clock;
@@ -49,6 +50,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.world.light.sun = all.world.light.sun.or(Some(*sun));
     }
     all.world.exaggeration = all.world.exaggeration.or(more.exaggeration);
+    all.world.light.haze = all.world.light.haze.or(more.haze);
     all.world.water.water = all.world.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
     all.world.light.focus = parsed_or(all.world.light.focus, more.focus.as_deref(), "focus")?;
     if all.size.is_none() {
@@ -162,6 +164,25 @@ fn parsed_or<T: FromStr<Err = String>>(
     }
 }
 
+/// Returns the part of a description that the options of a world determine.
+pub(crate) fn of_world(world: &WorldArgs) -> More {
+    let voids = world.heights.voids.and_then(|voids| voids.to_possible_value());
+    More {
+        nodata: world.heights.nodata,
+        voids: voids.map(|voids| voids.get_name().to_owned()),
+        encoding: world.heights.encoding.map(|encoding| encoding.name().to_owned()),
+        height_scale: world.heights.height_scale,
+        height_offset: world.heights.height_offset,
+        height_unit: world.heights.height_unit.map(|unit| unit.name().to_owned()),
+        tile_rows: world.heights.tile_rows.map(|rows| rows.name().to_owned()),
+        focus: world.light.focus.map(|focus| focus.to_string()),
+        haze: world.light.haze,
+        water: world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned()),
+        exaggeration: world.exaggeration,
+        ..More::default()
+    }
+}
+
 /// Returns the description of the picture that these arguments draw; camera and time are set later.
 pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camera: &Camera) -> Imprint {
     let is_svg = kind.is_drawing();
@@ -172,28 +193,17 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
         style: style.clone(),
         size_px: args.size(),
         dpi: args.dpi,
-        more: Default::default(),
+        more: of_world(&args.world),
     };
     let more = &mut imprint.more;
     more.samples = args.samples.filter(|samples| *samples != 1);
     more.lod_error = args.lod_error.filter(|error| *error != 1.0);
     more.tile_memory = args.tile_memory.filter(|mib| *mib != super::TILE_MEMORY_MIB);
-    more.nodata = args.world.heights.nodata;
-    let voids = args.world.heights.voids.and_then(|voids| voids.to_possible_value());
-    more.voids = voids.map(|voids| voids.get_name().to_owned());
-    more.encoding = args.world.heights.encoding.map(|encoding| encoding.name().to_owned());
-    more.height_scale = args.world.heights.height_scale;
-    more.height_offset = args.world.heights.height_offset;
-    more.height_unit = args.world.heights.height_unit.map(|unit| unit.name().to_owned());
-    more.tile_rows = args.world.heights.tile_rows.map(|rows| rows.name().to_owned());
     more.eyes = args.stereo.eyes.map(|eyes| eyes.to_string()).filter(|eyes| eyes != "mono");
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
     more.title.clone_from(&args.title);
-    more.focus = args.world.light.focus.map(|focus| focus.to_string());
-    more.water = args.world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned());
-    more.exaggeration = args.world.exaggeration;
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);

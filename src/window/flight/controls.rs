@@ -1,21 +1,25 @@
 //! What events do to a flight, and what wakes it.
 
-use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
 use super::{Flight, Next};
-use crate::frame::{Antialias, Renderer};
-use crate::gpu::pipelines::Builds;
-use crate::picture::{PictureError, PictureRequest};
-use crate::scene::view::{Clock, View};
+use crate::frame::Renderer;
+use crate::picture::imprint::Imprint;
+use crate::scene::stereo::Eyes;
+use crate::scene::view::View;
+use crate::scene::{Scene, SceneFocus};
+use crate::tiles::terrain::TerrainOptions;
+use crate::window::WindowError;
 use crate::window::input::Reaction;
 use crate::window::inspector::Edit;
 use crate::window::keys::Action;
+use crate::window::screenshot::Shot;
+use crate::window::settings::Settings;
 use crate::window::toasts::{self, About};
-use crate::window::{WindowError, screenshot};
 
 /// Interval at which gamepads are polled while nothing moves.
 const GAMEPAD_REST: Duration = Duration::from_millis(40);
@@ -65,6 +69,10 @@ impl Flight {
                 self.zoom(notches);
                 Ok(Next::Frame)
             }
+            Reaction::Click(cursor_px) => {
+                self.click(cursor_px);
+                Ok(Next::Frame)
+            }
             Reaction::LookAt(cursor_px) => {
                 self.look_at(cursor_px);
                 Ok(Next::Frame)
@@ -80,7 +88,7 @@ impl Flight {
             Action::ChooseStyle(place) if place < self.styles.list().len() => self.settings.style = place,
             Action::ChooseStyle(_) => {}
             Action::StepScale(step) => self.settings.step_scale(step),
-            Action::Screenshot => self.take_screenshot()?,
+            Action::Screenshot => self.take_screenshot(),
             Action::TogglePanel => self.panel_shown = !self.panel_shown,
             Action::ToggleInspector => self.inspector_shown = !self.inspector_shown,
             Action::Undo => self.apply(vec![Edit::Undo], before.style),
@@ -176,7 +184,7 @@ impl Flight {
             self.next_shaders = now + SHADER_LOOK;
             if renderer.reload_shaders(&self.gpu) > 0 {
                 self.next_built = now + BUILT_LOOK;
-                // Right after a screenshot, pipelines are built at once, not in the background.
+                // Nothing is built in the background if the renderer waits for pipelines.
                 self.stale |= !renderer.is_building(&self.gpu);
             }
         }
@@ -221,7 +229,10 @@ impl Flight {
     pub(super) fn show_shader_errors(&mut self) -> bool {
         let of_shaders = self.gpu.pipelines().shader_errors();
         let of_shaders = of_shaders.iter().map(ToString::to_string);
-        self.toasts.set_lasting(of_shaders.chain(self.file_errors.values().cloned()).collect())
+        let draws = (self.pictures.open() > 0).then(|| "Drawing the picture for a file…".to_owned());
+        let reads = self.reopening.as_ref().map(|land| format!("Reading the land, heights × {}…", land.factor));
+        self.toasts
+            .set_lasting(of_shaders.chain(self.file_errors.values().cloned()).chain(draws).chain(reads).collect())
     }
 
     pub(super) fn restart(&mut self) {
@@ -231,40 +242,70 @@ impl Flight {
         self.stale = true;
     }
 
-    pub(super) fn take_screenshot(&mut self) -> Result<(), WindowError> {
-        let pose = self.camera.pose();
-        let style = self.style().clone();
-        let request = PictureRequest {
-            pose,
-            previous: pose,
-            clock: Clock::still(self.last.time_s),
-            size_px: self.screen.size_px(),
-            style: &style,
-            light: self.light(),
-            planes: &[],
-            samples: self.settings.samples(),
-            antialias: Antialias::None,
-        };
-        // A file waits for its pipelines.
-        if let Some(renderer) = &mut self.renderer {
-            renderer.set_builds(Builds::AtOnce);
+    /// Requests a picture of what is shown, at the window's full resolution; it is drawn in the background.
+    pub(super) fn take_screenshot(&mut self) {
+        let shot = self.shot();
+        if !self.pictures.take(shot) {
+            self.say(About::File, "Several pictures are being drawn; press F12 again later".to_owned(), TOAST);
         }
-        let (surfaces, settings) = (&mut self.world.surfaces, &self.settings);
-        let taken = screenshot::take(&self.gpu, &mut self.renderer, surfaces, &request, settings, Path::new("."));
-        // The screenshot used the window's targets, which now hold its picture.
-        self.stale = true;
-        let text = match taken {
-            Ok(path) => {
-                let path = std::path::absolute(&path).unwrap_or(path);
-                tracing::info!("wrote {}", path.display());
-                format!("wrote {}", path.display())
-            }
-            Err(PictureError::Gpu(error)) => return Err(error.into()),
-            // A full disk must not end the flight.
-            Err(PictureError::Sink(error)) => error.to_string(),
-            Err(error @ PictureError::Memory { .. }) => error.to_string(),
+        self.show_shader_errors();
+    }
+
+    /// Reports the pictures that are finished. Returns whether there were any.
+    pub(super) fn report_pictures(&mut self) -> bool {
+        let mut any = false;
+        while let Some(taken) = self.pictures.taken() {
+            any = true;
+            let text = match taken {
+                Ok(path) => {
+                    let path = std::path::absolute(&path).unwrap_or(path);
+                    tracing::info!("wrote {}", path.display());
+                    format!("wrote {}", path.display())
+                }
+                // A full disk must not end the flight.
+                Err(error) => error,
+            };
+            self.say(About::File, text, TOAST);
+        }
+        any
+    }
+
+    /// Returns a picture of what is shown, with all that it depends on.
+    fn shot(&self) -> Shot {
+        let Settings { sun, eyes, pair, haze_m, focus, .. } = self.settings;
+        let terrain = &self.world.surfaces.terrain;
+        let mut more = self.world.more.clone();
+        more.samples = Some(self.settings.samples()).filter(|samples| *samples != 1);
+        more.lod_error = Some(self.settings.lod_error_px).filter(|error_px| *error_px != 1.0);
+        let sways = self.renderer.as_ref().is_some_and(Renderer::may_sway);
+        more.time_s = Some(self.last.time_s).filter(|_| sways);
+        if eyes != Eyes::Mono {
+            more.eyes = Some(eyes.to_string());
+            more.ipd = Some(pair.ipd_m.to_string());
+            more.convergence = pair.convergence_m;
+        }
+        let mut scene = Scene { sun, sun_time: None, ..self.world.scene.clone() };
+        if haze_m != self.world.light.haze_m {
+            more.haze = Some(haze_m);
+            scene.haze.distance_m = Some(haze_m);
+        }
+        if focus != scene.focus {
+            // Without strength, the focus of the scene is gone.
+            let none = scene.focus.map(|focus| SceneFocus { strength: 0.0, ..focus });
+            // The option has no height.
+            scene.focus = focus.or(none).map(|focus| SceneFocus { height_m: None, ..focus });
+            more.focus = scene.focus.map(|focus| focus.to_string());
+        }
+        let imprint = Imprint {
+            world: self.world.world.clone(),
+            camera: self.camera.exact(),
+            sun,
+            style: self.style().clone(),
+            size_px: self.settings.eye_px(self.screen.size_px()),
+            dpi: None,
+            more,
         };
-        self.say(About::File, text, TOAST);
-        Ok(())
+        let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..terrain.options().clone() };
+        Shot { gpu: self.gpu.clone(), scene, store: Arc::clone(terrain.store()), options, imprint, eyes, pair }
     }
 }

@@ -143,8 +143,19 @@ impl Flight {
         }
     }
 
+    /// Handles what other threads have reported: pictures that are finished, and files that have changed.
+    pub(crate) fn on_woken(&mut self) -> Next {
+        let has_news = self.report_pictures() | self.take_reopened();
+        let next = self.on_files_changed();
+        if has_news {
+            self.show_shader_errors();
+            return Next::Frame;
+        }
+        next
+    }
+
     /// Reads files of styles that another program has changed.
-    pub(crate) fn on_files_changed(&mut self) -> Next {
+    fn on_files_changed(&mut self) -> Next {
         if !self.watch.as_ref().is_some_and(|watch| watch.take()) {
             return Next::Sleep;
         }

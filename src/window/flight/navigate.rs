@@ -32,6 +32,8 @@ enum Wish {
     Look,
     /// Look straight down at the place.
     Top,
+    /// Place the focus.
+    Focus,
 }
 
 /// A place that is grabbed by a drag.
@@ -57,6 +59,8 @@ pub(super) struct Navigation {
     wish: Option<(Wish, DVec2)>,
     places: Places,
     pub(super) go_to: GoTo,
+    /// Whether the next click places the focus.
+    pub(super) places_focus: bool,
     next_look: Instant,
 }
 
@@ -73,6 +77,7 @@ impl Navigation {
             wish: None,
             places,
             go_to: GoTo::default(),
+            places_focus: false,
             next_look: Instant::now(),
         }
     }
@@ -192,8 +197,7 @@ impl Flight {
 
     /// Returns the size of one eye's picture at the window's resolution.
     fn eye_px(&self) -> [u32; 2] {
-        let [width, height] = self.screen.size_px();
-        [if self.settings.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height]
+        self.settings.eye_px(self.screen.size_px())
     }
 
     /// Returns a place for a ray into the sky: as far away as land usually is from this height.
@@ -214,6 +218,13 @@ impl Flight {
             _ => 0.0,
         };
         self.wish(Wish::Zoom(waiting + notches), cursor_px);
+    }
+
+    /// Handles a click on the picture.
+    pub(super) fn click(&mut self, cursor_px: DVec2) {
+        if std::mem::take(&mut self.navigation.places_focus) {
+            self.wish(Wish::Focus, cursor_px);
+        }
     }
 
     /// Turns toward the place at a position of the window.
@@ -255,6 +266,11 @@ impl Flight {
         let place_m = known.unwrap_or_else(|| self.place_in_sky(ray));
         match wish {
             Wish::Zoom(notches) => self.camera.zoom_to(place_m, notches),
+            Wish::Focus => {
+                if let Some(place_m) = known {
+                    self.focus_on(place_m);
+                }
+            }
             Wish::Look => self.camera.glide_to(self.camera.looking_at(place_m)),
             Wish::Top => {
                 let distance_m = place_m.distance(self.camera.position_m);

@@ -37,6 +37,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("date", Becomes("sun")),
     ("place", Becomes("sun")),
     ("focus", Kept("--focus 1,2,300,0.5 -o a.png")),
+    ("haze", Kept("--haze 2500 -o a.png")),
     ("water", Kept("--water lake.geojson -o a.png")),
     ("exaggeration", Kept("--exaggeration 2.5 -o a.png")),
     ("trust_scene", Unneeded),
@@ -133,7 +134,7 @@ fn drawn(args: &RenderArgs) -> String {
         overwrite: _,
         json: _,
     } = args;
-    let light = format!("{:?} {:?}", light.sun.unwrap_or_default(), light.focus);
+    let light = format!("{:?} {:?}", light.sun.unwrap_or_default(), (light.focus, light.haze));
     let world = format!("{name:?} {heights:?} {light} {water:?} {exaggeration:?}");
     // The camera of frames is that of their path, and the similar one of a map is not used.
     let camera = camera.filter(|_| path.is_none() && map.is_none());
@@ -223,6 +224,7 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
         ("lod_error", "0.5", &["0.0", "-1.0", "nan", "inf"]),
         ("nodata", "-9999.0", &["nan", "-inf"]),
         ("exaggeration", "1000.0", &["0.0", "-1.0", "nan", "inf", "1001.0"]),
+        ("haze", "2500.0", &["0.0", "-1.0", "nan", "inf"]),
         ("tile_memory", "1", &["0", "-1", "1048577"]),
         ("convergence", "5.0", &["0.0", "-1e300", "nan"]),
         ("margin", "0.0", &["-0.1", "nan", "1e6"]),

@@ -1,0 +1,88 @@
+//! Reads the land again with another exaggeration, in the background, while the window shows the present land.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use crate::frame::{self, Light};
+use crate::gpu::Gpu;
+use crate::pyramid::TileStore;
+use crate::scene::Scene;
+use crate::scene::view::Rig;
+use crate::source::Silent;
+use crate::style::Style;
+use crate::tiles::terrain::TerrainOptions;
+use crate::world::{OpenWorld, Surfaces, exaggerated};
+
+/// Longest time in which the tiles of the view are awaited.
+const LONGEST: Duration = Duration::from_secs(20);
+/// Interval at which tiles are looked for.
+const LOOK: Duration = Duration::from_millis(3);
+
+/// What the land is read for.
+pub(super) struct Wanted {
+    /// The device of the window.
+    pub gpu: Gpu,
+    /// The scene, with the new exaggeration.
+    pub scene: Scene,
+    /// The tiles without exaggeration.
+    pub heights: Arc<dyn TileStore>,
+    /// The options of the window's terrain.
+    pub options: TerrainOptions,
+    /// The view whose tiles are loaded.
+    pub rig: Rig,
+    /// The style in which it is drawn.
+    pub style: Style,
+    /// The light in which it is drawn.
+    pub light: Light,
+}
+
+/// A land that is being read.
+pub(super) struct Reopening {
+    /// Its exaggeration.
+    pub factor: f64,
+    done: Receiver<Result<Surfaces, String>>,
+}
+
+impl Reopening {
+    /// Begins to read the land, and calls `wake` when it is there.
+    pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + 'static) -> Self {
+        let factor = wanted.scene.vertical_exaggeration;
+        let (sender, done) = channel();
+        let work = move || {
+            // The receiver is gone if the window was closed.
+            let _ = sender.send(read(wanted));
+            wake();
+        };
+        if let Err(error) = std::thread::Builder::new().name("heights".to_owned()).spawn(work) {
+            tracing::warn!("cannot start a thread for heights: {error}");
+        }
+        Self { factor, done }
+    }
+
+    /// Takes the land, or why it could not be read; `None` while it is being read.
+    pub(super) fn take(&self) -> Option<Result<Surfaces, String>> {
+        match self.done.try_recv() {
+            Ok(done) => Some(done),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err("the heights could not be read again".to_owned())),
+        }
+    }
+}
+
+fn read(wanted: Wanted) -> Result<Surfaces, String> {
+    let Wanted { gpu, scene, heights, options, rig, style, light } = wanted;
+    let store = exaggerated(heights, scene.vertical_exaggeration);
+    let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Silent).map_err(|error| error.to_string())?;
+    let mut surfaces = world.surfaces;
+    // The first picture must not be coarser than the last one.
+    let begun = Instant::now();
+    while begun.elapsed() < LONGEST {
+        let prepared = frame::prepare(&gpu, &mut surfaces, &rig, &style, &light);
+        if prepared.tiles.pending == 0 && !prepared.tiles.late && prepared.tiles.loaded == 0 {
+            break;
+        }
+        std::thread::sleep(LOOK);
+    }
+    Ok(surfaces)
+}
