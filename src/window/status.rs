@@ -92,6 +92,7 @@ pub(super) fn show(context: &egui::Context, words: &[String], hint: Option<&str>
             frame(ui).show(ui, |ui| {
                 ui.set_max_width(widest(ui));
                 ui.horizontal_wrapped(|ui| {
+                    ui.spacing_mut().item_spacing.x = 14.0;
                     words.iter().for_each(|word| _ = ui.label(RichText::new(word).monospace()));
                     hint.iter().for_each(|hint| _ = ui.label(RichText::new(*hint).weak()));
                 });
