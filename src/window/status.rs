@@ -65,6 +65,8 @@ impl GoTo {
         }
         if closes {
             self.close();
+            // This frame still shows the field.
+            ui.ctx().request_repaint();
             return None;
         }
         typed

@@ -292,6 +292,8 @@ impl Flight {
 
     /// Flies to coordinates that were typed.
     pub(super) fn go_to(&mut self, text: &str) {
+        // This frame was laid out before.
+        self.inspector_is_old = true;
         match self.goal(text) {
             Ok(stand) => {
                 self.camera.glide_to(stand);
