@@ -45,7 +45,7 @@ pub(super) struct Shot {
 /// Fails if tiles cannot be read, or if the GPU or writing the file fails. The message is one line.
 pub(super) fn take(shot: &Shot, folder: &Path) -> Result<PathBuf, String> {
     let Shot { gpu, scene, store, options, imprint, eyes, pair } = shot;
-    let options = TerrainOptions { loading: Loading::Wait, ..options.clone() };
+    let options = TerrainOptions { loading: Loading::Wait, ..*options };
     let world = OpenWorld::on_gpu_with(gpu, scene.clone(), Arc::clone(store), options, &Silent);
     let mut world = world.map_err(|error| error.to_string())?;
     let pose = world.pose(&imprint.camera);

@@ -305,7 +305,7 @@ impl Flight {
             dpi: None,
             more,
         };
-        let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..terrain.options().clone() };
+        let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..*terrain.options() };
         Shot { gpu: self.gpu.clone(), scene, store: Arc::clone(terrain.store()), options, imprint, eyes, pair }
     }
 }

@@ -23,7 +23,7 @@ impl Flight {
             return;
         }
         let terrain = &self.world.surfaces.terrain;
-        let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..terrain.options().clone() };
+        let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..*terrain.options() };
         let mut pose = self.camera.pose();
         pose.position_m.z *= wanted / present;
         let picture_px = self.settings.picture_px(self.screen.size_px());
