@@ -316,9 +316,9 @@ fi
     echo "the CPU's clock from the beginning of a frame until the GPU has finished it, with a timer around each pass;"
     echo "*latency* is the same without timers, and *throughput* the time from one frame to the next with two frames in"
     echo "flight. *GPU* is the time of frames with timers that follow each other without a pause (programs that do not"
-    echo "measure this report frames of the flight, when a GPU that waits has low clocks). *Prepare* chooses tiles and patches; *record* and *submit* make the commands. *wgpu passes* are compute"
-    echo "and render passes of the API: dispatches that follow each other share one. *Barriers*: how often work waits for"
-    echo "earlier work of the frame. *GB* are what the passes of one frame declare to read and write, each resource once"
+    echo "measure this report frames of the flight, when a GPU that waits has low clocks). *Prepare* chooses tiles and patches;"
+    echo "*record* and *submit* make the commands. *wgpu passes* are compute and render passes of the API: dispatches that follow"
+    echo "each other share one. *Barriers*: how often work waits for earlier work of the frame. *GB* are what the passes of one frame declare to read and write, each resource once"
     echo "for a named pass (a shader with all its runs): of the traced frames, those of the frame that moved most bytes."
     echo "*Late*: frames with tiles missing. *Loaded* and *evicted*: tiles, during the flight. A dash means not measured."
     if [ -n "$BASE" ]; then

@@ -102,8 +102,8 @@ pub(crate) fn sections(style: &Style) -> Vec<Section> {
     all
 }
 
-/// Gives parameters whose names differ only by their units names with units: a section may have `crests` and
-/// `crests_px`.
+/// Adds the unit to the label of each parameter that would have the same label as another one of its section, such as
+/// `crests` and `crests_px`.
 fn distinguish(rows: &mut [Row]) {
     let labels: Vec<String> = rows.iter().map(|row| row.label.clone()).collect();
     for row in rows {

@@ -275,7 +275,7 @@ impl Style {
     /// loaded again, because it may have many megabytes.
     ///
     /// # Errors
-    /// As [`Style::parse`].
+    /// The errors are those of [`Style::parse`].
     #[cfg(feature = "window")]
     pub(crate) fn parse_edit(name: &str, text: &str, before: &Self) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;

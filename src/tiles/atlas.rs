@@ -261,6 +261,12 @@ impl Atlas {
             .collect()
     }
 
+    /// Returns the tiles that were last needed in a frame.
+    pub(crate) fn needed_in(&self, frame: u64) -> impl Iterator<Item = TileAddress> {
+        let is_needed = move |resident: &Resident| self.uses[resident.slot as usize].last_needed.get() == frame;
+        self.used.iter().filter(move |(_, resident)| is_needed(resident)).map(|(address, _)| *address)
+    }
+
     /// Returns up to `count` tiles that may be evicted, the least recently used last.
     fn oldest(&self, count: usize, protected: Protected) -> Vec<(u64, TileAddress)> {
         if count == 0 {

@@ -122,9 +122,16 @@ impl Residency {
         let before_set = (before.is_some() && !is_same).then(|| self.needed_set.clone());
         let is_like =
             |found: &Found| found.needs_map_neighbours == movement.needs_map_neighbours && found.is_exact == is_exact;
-        if !is_same || !before.as_ref().is_some_and(is_like) {
+        let is_same = is_same && before.as_ref().is_some_and(is_like);
+        if !is_same {
             self.needed_set = self.needed.iter().map(|tile| tile.address).collect();
-            self.find_map_neighbours(movement.needs_map_neighbours, is_exact);
+        }
+        // At rest, the tiles for maps get all slots that are left over: those that the mesh does not keep.
+        let of_mesh = (is_exact && streams && !self.fits_all).then(|| self.kept_by_mesh(frame));
+        let finds_neighbours = !is_same || of_mesh.is_some() && movement.needs_map_neighbours;
+        let has_changed =
+            finds_neighbours && self.find_map_neighbours(movement.needs_map_neighbours, is_exact, of_mesh.unwrap_or(0));
+        if has_changed || !is_same {
             self.absent = if self.store.is_sparse() { self.absent_neighbours() } else { Vec::new() };
             self.version += 1;
         }
@@ -212,15 +219,23 @@ impl Residency {
         is_needed(&land, &mut self.tile_bounds, &rule, (parent, of_parent), factor)
     }
 
-    /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
-    fn find_map_neighbours(&mut self, needs_map_neighbours: bool, is_exact: bool) {
-        self.map_neighbours.clear();
+    /// Returns the number of tiles that the mesh of the frame before used and that the view does not need: they keep their
+    /// slots.
+    fn kept_by_mesh(&self, frame: u64) -> usize {
+        self.atlas.needed_in(frame.saturating_sub(1)).filter(|tile| !self.needed_set.contains(tile)).count()
+    }
+
+    /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots besides those that the mesh keeps
+    /// (`of_mesh`). Returns whether they are others than before.
+    fn find_map_neighbours(&mut self, needs_map_neighbours: bool, is_exact: bool, of_mesh: usize) -> bool {
+        let before = std::mem::take(&mut self.map_neighbours);
         if needs_map_neighbours {
             let slots = self.atlas.slots() as usize;
             let most = if is_exact || self.fits_all { slots } else { (slots as f64 * MAX_OF_MAPS) as usize };
             self.map_neighbours = map_neighbours(&*self.store, &self.needed);
-            self.map_neighbours.truncate(most.min(slots.saturating_sub(self.needed.len())));
+            self.map_neighbours.truncate(most.min(slots.saturating_sub(self.needed.len() + of_mesh)));
         }
+        self.map_neighbours != before
     }
 
     /// Returns the tiles around needed ones that do not exist, because nothing finer is known there.
