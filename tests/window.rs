@@ -200,7 +200,9 @@ fn a_shader_changes_while_it_flies() {
     };
     // Paper is bright, so the inverted picture is dark.
     let is_dark = |picture: &Picture| brightness(picture) < brightness(&start) - 30.0;
-    let other = until("the change", || Some(take_picture(&display, folder)).filter(is_dark));
+    until("the change", || Some(take_picture(&display, folder)).filter(is_dark));
+    // A picture that was being drawn when the shader changed has samples of both.
+    let other = take_picture(&display, folder);
     // An invalid shader is reported in one line, and changes nothing.
     std::fs::write(&composite, text.replace("composite.paper;", "composite.papyrus;")).unwrap();
     let line = until("the message", || printed().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
