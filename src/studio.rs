@@ -4,6 +4,7 @@
 //! [`history`] keeps the steps that can be undone, [`rows`] lists what an inspector shows, [`unsaved`] keeps edits over a
 //! crash, and [`watch`] reports when files change outside of the program.
 
+mod controls;
 pub(crate) mod document;
 mod history;
 pub(crate) mod rows;

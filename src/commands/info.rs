@@ -356,7 +356,7 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
     if has("world") {
         return scene::read(file, reach).map(Info::Scene).map(Some);
     }
-    if ["tone", "lines", "paper"].into_iter().any(has) {
+    if ["tone", "lines", "paper", "extends"].into_iter().any(has) {
         let style = styles::read(file)?;
         return Ok(Some(Info::Style(StyleInfo {
             draws: draws(&style),
@@ -364,7 +364,7 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
             description: style.description,
         })));
     }
-    bail!("{}: this TOML file is neither a scene (no [world]) nor a style (no [tone])", named(file));
+    bail!("{}: this TOML file is neither a scene (no [world]) nor a style (no [tone] and no extends)", named(file));
 }
 
 /// Returns what a style draws, in drawing order: its tones, then its ink layers from the bottom to the top.

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 
 use toml_edit::Value;
 
+use super::controls::Controls;
 use super::history::History;
 use super::rows::{self, Row, Section, title};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::style::extends::{extended, whole};
 use crate::style::layers::{LayerEdit, with_layer_edit};
 use crate::style::parameters::{ValueKind, restore, set};
 use crate::style::{Style, StyleError, preset_text};
@@ -25,9 +27,13 @@ pub(crate) struct StyleDocument {
     text: String,
     style: Style,
     sections: Vec<Section>,
-    /// The text of the file, or of the preset.
+    /// The text of the style that is saved, or of the preset. If the file extends a preset, this is the text of the
+    /// whole style.
     pub(super) saved: String,
+    /// How the file extends a preset, if it does.
+    pub(super) extends: Option<Extends>,
     history: History,
+    pub(super) controls: Controls,
     /// Keys of layers that are not drawn.
     hidden: BTreeSet<String>,
     /// Key of the only layer that is drawn.
@@ -51,7 +57,16 @@ impl StyleDocument {
         }
         let text = read_text(path, LARGEST_STYLE_BYTES)
             .map_err(|source| StyleError::Read { path: name.to_owned(), source })?;
-        Self::of_text(name, Some(path.to_owned()), text)
+        Self::of_file(path, &text)
+    }
+
+    /// Returns the document of a file with this text.
+    pub(super) fn of_file(path: &Path, text: &str) -> Result<Self, StyleError> {
+        let name = path.display().to_string();
+        // Errors have the lines of the file.
+        parsed(&name, Some(path), text, None)?;
+        let document = Self::of_text(&name, Some(path.to_owned()), whole(&name, text)?)?;
+        Ok(Self { extends: Extends::of(text), ..document })
     }
 
     fn of_text(name: &str, path: Option<PathBuf>, text: String) -> Result<Self, StyleError> {
@@ -60,19 +75,16 @@ impl StyleDocument {
             name: name.to_owned(),
             path,
             saved: text.clone(),
+            extends: None,
             text,
             sections: rows::sections(&style),
             style,
             history: History::default(),
+            controls: Controls::default(),
             hidden: BTreeSet::new(),
             solo: None,
             revision: 0,
         })
-    }
-
-    /// Returns a document with the same text for another file, without history. The text counts as saved.
-    pub(super) fn moved_to(&self, path: &Path, text: String) -> Result<Self, StyleError> {
-        Self::of_text(&path.display().to_string(), Some(path.to_owned()), text)
     }
 
     /// Returns the name of the preset, or the path of the file.
@@ -87,6 +99,29 @@ impl StyleDocument {
 
     pub(crate) fn text(&self) -> &str {
         &self.text
+    }
+
+    /// Returns the text of the file, or of the preset.
+    pub(super) fn file_text(&self) -> &str {
+        self.extends.as_ref().map_or(&self.saved, |extends| &extends.text)
+    }
+
+    /// Returns the preset that the file extends, if it does, or the preset itself.
+    pub(crate) fn preset(&self) -> Option<&str> {
+        match &self.extends {
+            Some(extends) => Some(&extends.preset),
+            None => self.path.is_none().then_some(&self.name),
+        }
+    }
+
+    /// Returns whether the file extends a preset.
+    pub(crate) fn is_extension(&self) -> bool {
+        self.extends.is_some()
+    }
+
+    /// Returns the text of the style that is saved.
+    pub(super) fn saved_text(&self) -> &str {
+        &self.saved
     }
 
     /// Returns the style, all layers included.
@@ -206,6 +241,7 @@ impl StyleDocument {
     /// Ends a step that consists of several changes, because the mouse was released.
     pub(crate) fn release(&mut self) {
         self.history.close(&self.text);
+        self.controls.release();
     }
 
     /// Undoes the last step and returns its name.
@@ -246,14 +282,14 @@ impl StyleDocument {
     /// # Errors
     /// The files are not valid; the last valid style stays.
     pub(crate) fn reload(&mut self, text: Option<String>) -> Result<Reloaded, StyleError> {
-        if let Some(text) = text.filter(|text| *text != self.saved) {
+        if let Some(text) = text.filter(|text| text != self.file_text()) {
             // Errors are found before somebody decides for the file.
             self.parsed(&text)?;
-            if self.is_edited() && self.text != text {
+            let is_new = self.text != whole(&self.name, &text)?;
+            if self.is_edited() && is_new {
                 return Ok(Reloaded::Conflict(text));
             }
-            let is_new = self.text != text;
-            self.load(text)?;
+            self.load(&text)?;
             return Ok(if is_new { Reloaded::Changed } else { Reloaded::Unchanged });
         }
         // Perhaps a recipe or an image has changed.
@@ -269,20 +305,26 @@ impl StyleDocument {
     ///
     /// # Errors
     /// The text is not a valid style; then nothing changes.
-    pub(crate) fn load(&mut self, text: String) -> Result<(), StyleError> {
-        self.change(text.clone(), None, |_| "Change of the file".to_owned())?;
-        self.saved = text;
+    pub(crate) fn load(&mut self, text: &str) -> Result<(), StyleError> {
+        let style_text = whole(&self.name, text)?;
+        self.change(style_text.clone(), None, |_| "Change of the file".to_owned())?;
+        self.saved = style_text;
+        self.extends = Extends::of(text);
+        self.find_positions();
         Ok(())
     }
 
     /// Marks a text as that of the file, without changing the style: another program has written the file, and the
     /// edits are to stay.
     pub(crate) fn keep_edits_over(&mut self, text: String) {
-        self.saved = text;
+        self.extends = Extends::of(&text);
+        // A text that is not valid was refused before.
+        self.saved = whole(&self.name, &text).unwrap_or(text);
+        self.find_positions();
     }
 
     /// Takes another text as one step.
-    fn change(
+    pub(super) fn change(
         &mut self,
         text: String,
         key: Option<&str>,
@@ -318,7 +360,7 @@ impl StyleDocument {
     }
 
     /// Reads an edit of the style. Files that it has read already are not read again, where that could take long.
-    fn parsed_edit(&self, text: &str) -> Result<Style, StyleError> {
+    pub(super) fn parsed_edit(&self, text: &str) -> Result<Style, StyleError> {
         parsed(&self.name, self.path.as_deref(), text, Some(&self.style))
     }
 
@@ -330,6 +372,7 @@ impl StyleDocument {
         self.hidden.retain(|key| keys.contains(key));
         self.solo = self.solo.take().filter(|key| keys.contains(key));
         self.revision += 1;
+        self.find_positions();
     }
 
     /// Returns a parameter and its present value in words: "Strokes: width 1.2 px".
@@ -342,6 +385,20 @@ impl StyleDocument {
             }
             _ => key.to_owned(),
         }
+    }
+}
+
+/// How a file extends a preset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Extends {
+    pub preset: String,
+    /// The text of the file, which has only differences.
+    pub text: String,
+}
+
+impl Extends {
+    fn of(text: &str) -> Option<Self> {
+        Some(Self { preset: extended(text)?, text: text.to_owned() })
     }
 }
 

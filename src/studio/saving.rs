@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::document::StyleDocument;
+use super::document::{Extends, StyleDocument};
 use crate::file::FileError;
 use crate::file::atomic;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::style::differences::written;
 use crate::style::parameters::set;
 use crate::style::{Style, StyleError, names};
 
@@ -50,27 +51,41 @@ impl StyleDocument {
         let Some(path) = self.path.clone() else {
             return Err(SaveError::Preset { name: self.name().to_owned() });
         };
+        let text = self.text_to_write()?;
         // A file that is gone is written again.
         if let Ok(there) = read_text(&path, LARGEST_STYLE_BYTES)
-            && there != self.saved
-            && there != self.text()
+            && there != self.file_text()
+            && there != text
         {
             return Err(SaveError::ChangedOutside { path });
         }
         // A link stays a link.
         let place = path.canonicalize().unwrap_or_else(|_| path.clone());
-        atomic::write(&place, self.text().as_bytes()).map_err(|error| FileError::write(&path, error))?;
+        atomic::write(&place, text.as_bytes()).map_err(|error| FileError::write(&path, error))?;
+        if let Some(extends) = &mut self.extends {
+            extends.text = text;
+        }
         self.saved = self.text().to_owned();
         self.release();
+        self.find_positions();
         Ok(())
+    }
+
+    /// Returns the text that the file gets: the whole style, or its differences from the preset that it extends.
+    fn text_to_write(&self) -> Result<String, StyleError> {
+        match &self.extends {
+            Some(Extends { preset, text }) => written(self.name(), preset, self.text(), Some(text)),
+            None => Ok(self.text().to_owned()),
+        }
     }
 
     /// Writes the document to a new file, which must not exist, and returns the document of that file. A preset gets
     /// the name of the file, so that it differs from the preset in lists. The ending `.toml` is added if it is missing.
+    /// With `extends`, the file has only the differences from that preset; without it, the whole style.
     ///
     /// # Errors
     /// [`SaveError`]; nothing is then written.
-    pub(crate) fn save_as(&self, path: &str) -> Result<Self, SaveError> {
+    pub(crate) fn save_as(&self, path: &str, extends: Option<&str>) -> Result<Self, SaveError> {
         let path = path.trim();
         if path.is_empty() || path.ends_with(['/', '\\']) {
             return Err(SaveError::NoName);
@@ -80,13 +95,18 @@ impl StyleDocument {
             path.as_mut_os_string().push(".toml");
         }
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let text = match names().contains(&self.style().name.as_str()) {
+        let mut text = match names().contains(&self.style().name.as_str()) {
             true => set::<Style>(self.name(), self.text(), "name", stem).map_err(StyleError::from)?,
             false => self.text().to_owned(),
         };
+        if let Some(preset) = extends {
+            // Comments of a file that extends the same preset are kept.
+            let file = self.extends.as_ref().filter(|known| known.preset == preset);
+            text = written(self.name(), preset, &text, file.map(|known| known.text.as_str()))?;
+        }
         // Recipes are found relative to the new file.
-        let saved = self.moved_to(&path, text)?;
-        create(&path, saved.text())?;
+        let saved = Self::of_file(&path, &text)?;
+        create(&path, &text)?;
         Ok(saved)
     }
 }

@@ -1,6 +1,8 @@
 //! Tests documents: values, layers, history and what is drawn.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+mod controls;
+mod extends;
 mod files;
 
 use std::collections::BTreeMap;
@@ -127,7 +129,7 @@ fn a_thousand_random_edits_are_what_the_file_says() {
             }
             assert_eq!(document.style(), &Style::parse(name, document.text()).unwrap(), "{name} {step}");
         }
-        let mut saved = document.save_as(folder.path().join(name).to_str().unwrap()).unwrap();
+        let mut saved = document.save_as(folder.path().join(name).to_str().unwrap(), None).unwrap();
         let path = saved.path().unwrap().to_owned();
         let read = Style::read(&path).unwrap();
         assert_eq!(saved.style(), &read);

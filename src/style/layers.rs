@@ -46,6 +46,8 @@ pub(crate) use ink::{Channels, Fading, Ink, InkPass, LayerBehaviour, MAX_INKS, M
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 #[cfg(feature = "window")]
+pub(super) use order::number_headers;
+#[cfg(feature = "window")]
 pub(crate) use order::{LayerEdit, with_layer_edit};
 pub use rims::Rims;
 pub use rows::Rows;
@@ -252,7 +254,7 @@ pub(crate) fn layer_names() -> impl Iterator<Item = &'static str> + Clone {
 }
 
 /// Returns the position of a kind in the order of kinds, from the bottom to the top.
-fn rank(kind: &str) -> Option<usize> {
+pub(super) fn rank(kind: &str) -> Option<usize> {
     KINDS.iter().position(|(known, _)| *known == kind)
 }
 

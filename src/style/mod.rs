@@ -1,8 +1,13 @@
 //! Styles: the layers and colours of a drawing. A style file is TOML; passes run only for the sections that it has.
 
 pub(crate) mod color;
+#[cfg(feature = "window")]
+pub(crate) mod controls;
 mod curvature;
+#[cfg(feature = "window")]
+pub(crate) mod differences;
 mod error;
+pub(crate) mod extends;
 mod focus;
 mod held;
 pub(crate) mod layers;
@@ -360,6 +365,7 @@ impl Style {
 /// Invalid TOML; a key that no parameter has; the index of a list entry that does not exist. The value itself is only
 /// checked when the text is read.
 pub fn with_value(name: &str, text: &str, key: &str, value: impl Into<toml_edit::Value>) -> Result<String, StyleError> {
+    let text = &extends::whole(name, text)?;
     Ok(parameters::set::<Style>(name, text, key, value)?)
 }
 

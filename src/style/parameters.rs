@@ -34,11 +34,11 @@ pub(crate) use range::Range;
 #[cfg(feature = "window")]
 pub(crate) use setting::shortest;
 pub(crate) use setting::{Setting, absent, first};
-#[cfg(feature = "window")]
-pub(crate) use text::restore;
 pub(crate) use text::{Tree, find, set, text};
+#[cfg(feature = "window")]
+pub(crate) use text::{restore, set_all};
 
-use super::layers;
+use super::{extends, layers};
 use crate::file::toml_text::{self, TomlError, Wrong};
 
 /// Generates a section of a style file from the definitions of its parameters; see the head of this file.
@@ -243,7 +243,12 @@ pub(crate) fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Res
         ValueKind::Section(definitions) => definitions.iter().map(|definition| definition.key).collect(),
         _ => Vec::new(),
     };
-    let read: T = toml_text::read_rewritten(name, text, |table| layers::with_layers(table, &known))?;
+    let read: T = toml_text::read_rewritten(name, text, |table| {
+        if known.contains(&"layers") {
+            extends::merge(table)?;
+        }
+        layers::with_layers(table, &known)
+    })?;
     read.check("", &Range::Any).map_err(|wrong| in_text(wrong, name, text))?;
     Ok(read)
 }

@@ -14,6 +14,7 @@ mod border;
 mod chain;
 mod coherence;
 mod continent;
+mod controls;
 mod crowd;
 mod curvature;
 mod cuts;

@@ -3,6 +3,7 @@
 //! The inspector only reads the document and returns what the user asks for as [`Edit`]s; [`apply`] carries them out.
 //! `values` has the widgets for the kinds of values.
 
+mod controls;
 mod icons;
 mod values;
 
@@ -17,6 +18,8 @@ use self::icons::Icon;
 use crate::studio::document::StyleDocument;
 use crate::studio::rows::{Place, Row, Section, layer_definitions};
 use crate::style::StyleError;
+use crate::style::controls::Control;
+use crate::style::differences::nearest_preset;
 use crate::style::layers::{LayerEdit, most_of_kind};
 
 /// Width of the inspector in points.
@@ -31,6 +34,8 @@ const MARGIN: f32 = 8.0;
 pub(super) enum Edit {
     /// Set a parameter.
     Set(String, Value),
+    /// Move a control to a position.
+    Control(Control, i8),
     /// Set a parameter to the text of the clipboard.
     Paste(String),
     /// Give a parameter its default.
@@ -47,8 +52,8 @@ pub(super) enum Edit {
     Redo,
     /// Write the file.
     Save,
-    /// Write a new file.
-    SaveAs(String),
+    /// Write a new file: its name, and the preset from which it has only differences.
+    SaveAs(String, Option<String>),
     /// Return to what is saved.
     Revert,
     /// The mouse was released: the next change is another step.
@@ -68,16 +73,30 @@ pub(super) struct Shown {
 #[derive(Debug, Default)]
 pub(super) struct Inspector {
     search: String,
-    /// Name of a new file, while the user is asked for it.
-    new_file: Option<String>,
+    /// The new file, while the user is asked for its name.
+    new_file: Option<NewFile>,
     /// Whether all sections are to be opened or closed in the next frame.
     opens_all: Option<bool>,
+}
+
+/// A file that is to be written.
+#[derive(Clone, Debug)]
+struct NewFile {
+    name: String,
+    /// The preset from which the file may have only differences.
+    preset: Option<String>,
+    /// Whether the file has only differences.
+    extends: bool,
 }
 
 impl Inspector {
     /// Opens the field for the name of a new file.
     pub(super) fn ask_for_name(&mut self, document: &StyleDocument) {
-        self.new_file.get_or_insert_with(|| proposed_name(document));
+        self.new_file.get_or_insert_with(|| {
+            let nearest = || nearest_preset(document.name(), document.text()).map(str::to_owned);
+            let preset = document.preset().map(str::to_owned).or_else(nearest);
+            NewFile { name: proposed_name(document), preset, extends: document.is_extension() }
+        });
     }
 
     /// Lays out the inspector at the right border of the window.
@@ -134,6 +153,7 @@ impl Inspector {
             }
         });
         self.file_name(ui, edits);
+        controls::show(ui, document, edits);
         ui.horizontal(|ui| {
             let field = egui::TextEdit::singleline(&mut self.search).hint_text("Search").desired_width(170.0);
             named(&ui.add(field), "Search parameters");
@@ -149,14 +169,18 @@ impl Inspector {
 
     /// Adds the field for the name of a new file, while there is one.
     fn file_name(&mut self, ui: &mut Ui, edits: &mut Vec<Edit>) {
-        let Some(name) = &mut self.new_file else { return };
+        let Some(NewFile { name, preset, extends }) = &mut self.new_file else { return };
         let mut is_done = false;
+        if let Some(preset) = preset {
+            let hint = "The file names the preset and has only the values that differ from it (extends)";
+            ui.checkbox(extends, format!("Only differences from {preset}")).on_hover_text(hint);
+        }
         ui.horizontal(|ui| {
             let field = ui.add(egui::TextEdit::singleline(name).hint_text("name.toml").desired_width(180.0));
             named(&field, "Name of the new style file");
             let enter = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             if ui.button("Write").on_hover_text("Write the style into this file").clicked() || enter {
-                edits.push(Edit::SaveAs(name.clone()));
+                edits.push(Edit::SaveAs(name.clone(), preset.clone().filter(|_| *extends)));
                 is_done = true;
             }
             is_done |= ui.button("Cancel").clicked();
@@ -274,6 +298,7 @@ pub(super) fn apply(
 ) -> Result<Option<String>, StyleError> {
     match edit {
         Edit::Set(key, value) => document.set(&key, value)?,
+        Edit::Control(control, position) => document.set_control(control, position)?,
         Edit::Paste(key) => match pasted {
             Some(text) => document.set_text(&key, text)?,
             None => return Ok(Some("The clipboard has no text".to_owned())),
@@ -286,7 +311,7 @@ pub(super) fn apply(
         Edit::Undo => return Ok(document.undo().map(|name| format!("Undone: {name}"))),
         Edit::Redo => return Ok(document.redo().map(|name| format!("Redone: {name}"))),
         Edit::Release => document.release(),
-        Edit::Save | Edit::SaveAs(_) => {}
+        Edit::Save | Edit::SaveAs(..) => {}
     }
     Ok(None)
 }

@@ -69,19 +69,19 @@ fn files_of_others_are_not_replaced() {
     // A new file must not exist, not even as a link that leads nowhere.
     write(Path::new(&at("notes.toml")), "mine");
     for name in ["notes.toml", "notes", "ink.toml"] {
-        let error = document.save_as(&at(name)).unwrap_err().to_string();
+        let error = document.save_as(&at(name), None).unwrap_err().to_string();
         assert!(error.contains("exists") && !error.contains('\n'), "{error}");
     }
     assert_eq!(read(Path::new(&at("notes.toml"))), "mine");
     for name in ["", "  ", "folder/"] {
-        assert!(document.save_as(name).is_err());
+        assert!(document.save_as(name, None).is_err());
     }
-    let error = document.save_as(&at("missing/a.toml")).unwrap_err().to_string();
+    let error = document.save_as(&at("missing/a.toml"), None).unwrap_err().to_string();
     assert!(error.starts_with("cannot write") && !error.contains('\n'), "{error}");
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(folder.path().join("nothing"), at("link.toml")).unwrap();
-        assert!(document.save_as(&at("link")).is_err());
+        assert!(document.save_as(&at("link"), None).is_err());
         // A style that was opened by a link is written to where the link leads.
         std::os::unix::fs::symlink(&path, at("to-ink.toml")).unwrap();
         let mut linked = open(&at("to-ink.toml"));
@@ -95,12 +95,12 @@ fn files_of_others_are_not_replaced() {
 #[test]
 fn a_preset_gets_the_name_of_its_file() {
     let folder = tempfile::tempdir().unwrap();
-    let saved = open("ink").save_as(folder.path().join("fog").to_str().unwrap()).unwrap();
+    let saved = open("ink").save_as(folder.path().join("fog").to_str().unwrap(), None).unwrap();
     assert_eq!(saved.path(), Some(folder.path().join("fog.toml").as_path()));
     assert_eq!(saved.style().name, "fog");
     assert_eq!(saved.text(), preset_text("ink").unwrap().replacen("\"ink\"", "\"fog\"", 1));
     // A style with a name of its own keeps it.
-    let again = saved.save_as(folder.path().join("mist.toml").to_str().unwrap()).unwrap();
+    let again = saved.save_as(folder.path().join("mist.toml").to_str().unwrap(), None).unwrap();
     assert_eq!(again.style().name, "fog");
 }
 
@@ -152,7 +152,7 @@ fn a_changed_file_is_taken_unless_there_are_edits() {
     let edited = document.text().to_owned();
     assert_eq!(document.reload(Some(text.clone())).unwrap(), Reloaded::Conflict(text.clone()));
     assert_eq!(document.text(), edited);
-    document.load(text.clone()).unwrap();
+    document.load(&text).unwrap();
     assert!(document.text() == text && !document.is_edited());
     // The edits are one step away.
     assert_eq!(document.undo().unwrap(), "Change of the file");

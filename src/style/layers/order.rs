@@ -235,7 +235,7 @@ fn spread_apart(stop: &mut Table) {
 
 /// Numbers the headers of all tables in the order in which they are written: a new one after those that were there, and
 /// layers where the first of them was.
-fn number_headers(document: &mut DocumentMut) {
+pub(in crate::style) fn number_headers(document: &mut DocumentMut) {
     let mut order: Vec<(usize, String)> =
         document.iter().filter_map(|(key, item)| Some((first_header_of(item)?, key.to_owned()))).collect();
     order.sort();

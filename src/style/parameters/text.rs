@@ -40,27 +40,43 @@ pub(crate) fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
 /// Invalid TOML; a key that no parameter has; the index of a list entry that does not exist. The value itself is only
 /// checked when the text is read.
 pub(crate) fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
-    // This reports invalid TOML with line and column, like all other readers.
+    set_all::<T>(name, text, vec![(key.to_owned(), value.into())])
+}
+
+/// Does the same as [`set`] for several keys.
+///
+/// # Errors
+/// Those of [`set`].
+pub(crate) fn set_all<T: Setting>(name: &str, text: &str, values: Vec<(String, Value)>) -> Result<String, TomlError> {
+    // The parser of files has the better messages.
     toml_text::keys(name, text)?;
-    let wrong = |message: String| Wrong::with_message(key, message).in_text(name, text);
-    known::<T>(key).map_err(&wrong)?;
-    let mut document: DocumentMut =
-        text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;
-    add_missing_layer(&mut document, key);
+    let document = text.parse().map_err(|error: toml_edit::TomlError| Wrong::with_message("", error.message()));
+    let mut document: DocumentMut = document.map_err(|wrong| wrong.in_text(name, text))?;
+    for (key, value) in values {
+        let wrong = |message: String| Wrong::with_message(key.as_str(), message).in_text(name, text);
+        known::<T>(&key).map_err(wrong)?;
+        set_in(&mut document, &key, value).map_err(wrong)?;
+    }
+    Ok(document.to_string())
+}
+
+/// Sets a value in a document.
+fn set_in(document: &mut DocumentMut, key: &str, mut value: Value) -> Result<(), String> {
+    add_missing_layer(document, key);
     let key = key_in_document(document.as_item(), key);
     let key = key.as_str();
+    let no_table = || format!("{}: it must be a table", shown(key));
     let (sections, last) = key.rsplit_once('.').unwrap_or(("", key));
     let mut item = document.as_item_mut();
     for (step, number) in steps(sections).filter(|(step, _)| !step.is_empty()) {
-        let table = item.as_table_like_mut().ok_or_else(|| wrong(format!("{}: it must be a table", shown(key))))?;
+        let table = item.as_table_like_mut().ok_or_else(no_table)?;
         item = table.entry(step).or_insert_with(|| Item::Table(Table::new()));
         if let Some(number) = number {
             let entry = item.get_mut(number);
-            item = entry.ok_or_else(|| wrong(format!("{}: the list has no such entry", shown(key))))?;
+            item = entry.ok_or_else(|| format!("{}: the list has no such entry", shown(key)))?;
         }
     }
-    let table = item.as_table_like_mut().ok_or_else(|| wrong(format!("{}: it must be a table", shown(key))))?;
-    let mut value = value.into();
+    let table = item.as_table_like_mut().ok_or_else(no_table)?;
     match table.get_mut(last).and_then(Item::as_value_mut) {
         Some(there) => {
             // A comment after the value belongs to its line and is kept.
@@ -71,7 +87,7 @@ pub(crate) fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Int
             table.insert(last, Item::Value(value));
         }
     }
-    Ok(document.to_string())
+    Ok(())
 }
 
 /// Returns the text of a style or recipe (`T`) without the value at a key, so that the parameter has its default. If a

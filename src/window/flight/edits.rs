@@ -42,7 +42,7 @@ impl Flight {
     fn apply_one(&mut self, edit: Edit, style: usize) -> Option<String> {
         let pasted = match edit {
             Edit::Save => return Some(self.save(style)),
-            Edit::SaveAs(path) => return Some(self.save_as(style, &path)),
+            Edit::SaveAs(path, extends) => return Some(self.save_as(style, &path, extends.as_deref())),
             Edit::Paste(_) => self.overlay.clipboard_text(),
             _ => None,
         };
@@ -77,9 +77,9 @@ impl Flight {
         format!("wrote {}", document.name())
     }
 
-    fn save_as(&mut self, style: usize, path: &str) -> String {
+    fn save_as(&mut self, style: usize, path: &str, extends: Option<&str>) -> String {
         let Some(document) = self.styles.document_mut(style) else { return String::new() };
-        let saved = match document.save_as(path) {
+        let saved = match document.save_as(path, extends) {
             Ok(saved) => saved,
             Err(error) => return error.to_string(),
         };
@@ -119,7 +119,7 @@ impl Flight {
         let Some(document) = self.styles.document_mut(style) else { return };
         let done = match (about, is_taken) {
             (questions::About::Unsaved, true) => document.replace(text, "Edits that were not saved"),
-            (questions::About::ChangedFile, true) => document.load(text),
+            (questions::About::ChangedFile, true) => document.load(&text),
             (questions::About::Unsaved, false) => Ok(()),
             (questions::About::ChangedFile, false) => {
                 document.keep_edits_over(text);
