@@ -119,6 +119,11 @@ impl StyleDocument {
         self.extends.is_some()
     }
 
+    /// Returns the style that is saved; `None` if it is not valid any more.
+    pub(crate) fn saved_style(&self) -> Option<Style> {
+        self.parsed_edit(&self.saved).ok()
+    }
+
     /// Returns the text of the style that is saved.
     pub(super) fn saved_text(&self) -> &str {
         &self.saved

@@ -8,6 +8,8 @@ mod curvature;
 pub(crate) mod differences;
 mod error;
 pub(crate) mod extends;
+#[cfg(feature = "window")]
+pub(crate) mod families;
 mod focus;
 mod held;
 pub(crate) mod layers;

@@ -7,6 +7,7 @@
 
 mod controls;
 mod edits;
+mod gallery;
 mod land;
 mod navigate;
 
@@ -22,6 +23,8 @@ use winit::window::Window;
 use self::controls::TOAST;
 use self::navigate::Navigation;
 use super::fly_camera::{FlyCamera, FlyInput};
+use super::gallery::Gallery;
+use super::gallery::thumbnails::Thumbnails;
 use super::input::Input;
 use super::inspector::{Inspector, Shown as InspectorShown};
 use super::light::LightPanel;
@@ -51,6 +54,8 @@ use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, View};
 use crate::source::EarthPlace;
+use crate::studio::favourites::Favourites;
+use crate::studio::folder::StyleSearch;
 use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
 use crate::style::Style;
@@ -76,6 +81,7 @@ pub(super) enum Next {
 pub(super) struct Flight {
     // Fields are dropped in this order: what was created by the GPU is dropped before it.
     pictures: Pictures,
+    thumbnails: Thumbnails,
     overlay: Overlay,
     screen: Screen,
     renderer: Option<Renderer>,
@@ -103,6 +109,14 @@ pub(super) struct Flight {
     panel_shown: bool,
     inspector: Inspector,
     inspector_shown: bool,
+    gallery: Gallery,
+    favourites: Favourites,
+    /// The search for the style files of a folder, while the gallery is open.
+    style_search: Option<StyleSearch>,
+    /// The style that was chosen before the present one.
+    previous_style: usize,
+    /// The style that is drawn instead of the chosen one, while a key is held.
+    compared: Option<Style>,
     questions: Questions,
     unsaved: Unsaved,
     watch: Option<FileWatch>,
@@ -198,6 +212,7 @@ impl Flight {
         let watch = FileWatch::start(move || _ = of_files.send_event(()));
         let mut flight = Self {
             pictures: Pictures::start(move || _ = of_pictures.send_event(())),
+            thumbnails: Thumbnails::default(),
             overlay,
             screen,
             renderer: None,
@@ -219,6 +234,11 @@ impl Flight {
             panel_shown: true,
             inspector: Inspector::default(),
             inspector_shown: false,
+            gallery: Gallery::default(),
+            favourites: Favourites::open(),
+            style_search: None,
+            previous_style: style,
+            compared: None,
             questions: Questions::default(),
             unsaved: Unsaved::open(),
             watch,
@@ -273,7 +293,7 @@ impl Flight {
         self.tidy(now);
         self.stale |= self.drag();
         self.stale |= self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
-
+        self.compare(self.input.compares());
         let painted = self.lay_panel_out()?;
         let rendered = self.stale || self.frames_left.is_some();
         if rendered {
@@ -310,7 +330,7 @@ impl Flight {
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now())
             || std::mem::take(&mut self.inspector_is_old);
         // A shader may fail when it is first used.
-        let has_news = self.show_shader_errors();
+        let has_news = self.show_shader_errors() | self.fill_gallery(!flows)?;
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
     }
 
@@ -321,7 +341,7 @@ impl Flight {
     }
 
     fn style(&self) -> &Style {
-        &self.styles.list()[self.settings.style]
+        self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style])
     }
 
     fn light(&self) -> Light {
@@ -375,6 +395,7 @@ impl Flight {
         let mut typed = None;
         let (words, projection) = self.navigation.words(self.world.surfaces.exaggeration());
         let (words, projection) = (if self.panel_shown { words } else { Vec::new() }, projection.map(str::to_owned));
+        let mut choices = Vec::new();
         let painted = self.overlay.run(&self.window, |context| {
             if self.panel_shown {
                 let (settings, camera) = (&mut self.settings, &mut self.camera);
@@ -385,6 +406,10 @@ impl Flight {
             {
                 inspected = self.inspector.show(context, document);
             }
+            if self.gallery.is_open {
+                let (styles, thumbnails) = (&self.styles, &self.thumbnails);
+                choices = self.gallery.show(context, styles, &self.favourites, thumbnails, settings_before.style);
+            }
             answer = self.questions.show(context).or(answer.take());
             let go_to = &mut self.navigation.go_to;
             typed = status::show(context, &words, projection.as_deref(), go_to).or(typed.take());
@@ -394,7 +419,9 @@ impl Flight {
         if let Some((question, is_taken)) = answer {
             self.answer(question, is_taken);
         }
+        self.choose(choices);
         if self.settings.style != settings_before.style {
+            self.style_changed(settings_before.style);
             self.open_document();
         }
         if requests.inspector {
@@ -426,7 +453,7 @@ impl Flight {
         // An estimate without readback: `Surfaces::nearest_m` is at most half the height above the ground.
         let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
         self.eyes_move = self.settings.follow_land(nearest_m, step_s);
-        let style = &self.styles.list()[self.settings.style];
+        let style = self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style]);
         let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
         let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
         let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);

@@ -123,6 +123,11 @@ impl Input {
         self.keys.fly()
     }
 
+    /// Returns whether the key that compares with the style before is down.
+    pub(super) fn compares(&self) -> bool {
+        self.keys.compares()
+    }
+
     /// Returns the present input of the gamepads.
     pub(super) fn poll_gamepads(&mut self) -> FlyInput {
         self.gamepads.poll()
@@ -212,6 +217,9 @@ impl Input {
             return action.filter(|_| !key.repeat).map_or(Reaction::Nothing, Reaction::Do);
         }
         let flies = self.keys.set(code, down, Instant::now());
+        if code == keys::COMPARE {
+            return Reaction::Fly;
+        }
         match keys::action(code, key.logical_key.to_text(), self.keys.shift()) {
             Some(Action::Zoom(factor)) if down => Reaction::Do(Action::Zoom(factor)),
             Some(action) if down && !key.repeat => Reaction::Do(action),

@@ -12,8 +12,10 @@ use super::fly_camera::FlyInput;
 pub(super) enum Action {
     /// Go this many styles forward in the list.
     StepStyle(i32),
-    /// Choose the style at this index of the list.
-    ChooseStyle(usize),
+    /// Choose the favourite style of this digit, counted from 0.
+    Favourite(usize),
+    /// Open or close the gallery of styles.
+    ToggleGallery,
     /// Write a picture to a file.
     Screenshot,
     /// Show or hide the panel.
@@ -61,7 +63,9 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("F", "frame all"),
     ("L", "go to coordinates"),
     ("[ ]", "field of view"),
-    ("Tab 1–9", "style"),
+    ("G", "gallery of styles"),
+    ("Tab 1–9", "next style, favourites"),
+    ("B", "hold: style before"),
     ("− +", "resolution"),
     ("F12 P", "save picture"),
     ("F11", "full screen"),
@@ -97,6 +101,7 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<A
     Some(match code {
         Key::Tab => Action::StepStyle(if shift { -1 } else { 1 }),
         Key::F12 | Key::KeyP => Action::Screenshot,
+        Key::KeyG => Action::ToggleGallery,
         Key::KeyH => Action::TogglePanel,
         Key::KeyI => Action::ToggleInspector,
         Key::KeyR => Action::Restart,
@@ -107,7 +112,7 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<A
         Key::BracketLeft => Action::Zoom(1.0 / 1.1),
         Key::BracketRight => Action::Zoom(1.1),
         Key::Escape => Action::Escape,
-        _ => Action::ChooseStyle(DIGITS.iter().position(|digit| *digit == code)?),
+        _ => Action::Favourite(DIGITS.iter().position(|digit| *digit == code)?),
     })
 }
 
@@ -122,6 +127,9 @@ pub(super) fn action_with_control(sign: Option<&str>, shift: bool) -> Option<Act
         _ => return None,
     })
 }
+
+/// The key that shows the style before while it is held.
+pub(super) const COMPARE: KeyCode = KeyCode::KeyB;
 
 /// Assumed duration of a key that is pressed and released between two frames, since the system reports no times.
 const TAP: Duration = Duration::from_millis(16);
@@ -162,6 +170,11 @@ impl KeysDown {
     /// Returns whether Shift is down.
     pub(super) fn shift(&self) -> bool {
         self.any(&[KeyCode::ShiftLeft, KeyCode::ShiftRight])
+    }
+
+    /// Returns whether the key that compares with the style before is down.
+    pub(super) fn compares(&self) -> bool {
+        self.any(&[COMPARE])
     }
 
     /// Returns whether Ctrl is down.

@@ -10,6 +10,7 @@ mod camera_moves;
 mod clipboard;
 mod flight;
 pub(crate) mod fly_camera;
+mod gallery;
 mod gamepad;
 mod input;
 mod inspector;

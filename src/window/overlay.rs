@@ -97,6 +97,21 @@ impl Overlay {
         self.clipboard.text().or_else(|| self.state.clipboard_text())
     }
 
+    /// Returns the context of the panel.
+    pub(super) fn context(&self) -> &egui::Context {
+        &self.context
+    }
+
+    /// Makes a picture available to the panel.
+    pub(super) fn register(&mut self, gpu: &Gpu, picture: &wgpu::TextureView) -> egui::TextureId {
+        self.renderer.register_native_texture(&gpu.device, picture, wgpu::FilterMode::Linear)
+    }
+
+    /// Releases a picture that was made available.
+    pub(super) fn unregister(&mut self, id: egui::TextureId) {
+        self.renderer.free_texture(&id);
+    }
+
     /// Returns when the panel needs the next repaint.
     pub(super) fn repaint_at(&self) -> Option<Instant> {
         self.repaint_at

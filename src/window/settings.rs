@@ -165,9 +165,33 @@ impl Styles {
         }
     }
 
+    /// Returns the name of a preset, or the path of a file.
+    pub(super) fn name(&self, index: usize) -> &str {
+        &self.names[index]
+    }
+
+    /// Returns the name of a preset, or the path of a file that does not depend on the current folder.
+    pub(super) fn lasting_name(&self, index: usize) -> String {
+        lasting(&self.names[index])
+    }
+
+    /// Returns the index of the style with a name or path.
+    pub(super) fn place_of(&self, name: &str) -> Option<usize> {
+        let name = lasting(name);
+        self.names.iter().position(|known| lasting(known) == name)
+    }
+
     /// Returns all styles; there is at least one.
     pub(super) fn list(&self) -> &[Style] {
         &self.list
+    }
+}
+
+/// Returns a path that does not depend on the current folder; names of presets stay.
+fn lasting(name: &str) -> String {
+    match style::preset_text(name) {
+        Some(_) => name.to_owned(),
+        None => std::path::absolute(name).map_or_else(|_| name.to_owned(), |path| path.display().to_string()),
     }
 }
 

@@ -85,8 +85,8 @@ impl Flight {
         let before = self.settings.clone();
         match action {
             Action::StepStyle(step) => self.settings.step_style(step, self.styles.list().len()),
-            Action::ChooseStyle(place) if place < self.styles.list().len() => self.settings.style = place,
-            Action::ChooseStyle(_) => {}
+            Action::Favourite(digit) => self.digit(digit),
+            Action::ToggleGallery => self.toggle_gallery(),
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot(),
             Action::TogglePanel => self.panel_shown = !self.panel_shown,
@@ -107,6 +107,7 @@ impl Flight {
                 self.camera.zoom(factor);
                 self.stale = true;
             }
+            Action::Escape if self.gallery.is_open => self.toggle_gallery(),
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
                 if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {
@@ -117,6 +118,7 @@ impl Flight {
             }
         }
         if self.settings.style != before.style {
+            self.style_changed(before.style);
             self.open_document();
             let style = self.style();
             let text = format!("{}: {}", style.name, style.description);
@@ -139,7 +141,8 @@ impl Flight {
         let shaders = self.gpu.pipelines().watches().then_some(self.next_shaders);
         let toast = self.toasts.next_end();
         let pointed = self.navigation.look_at();
-        let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed];
+        let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
+        let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed, gallery];
         due.into_iter().flatten().min()
     }
 
@@ -165,7 +168,8 @@ impl Flight {
         if self.stale {
             return Next::Frame;
         }
-        let due = [self.overlay.repaint_at(), self.late_facts_at, self.toasts.next_end()]
+        let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
+        let due = [self.overlay.repaint_at(), self.late_facts_at, self.toasts.next_end(), gallery]
             .into_iter()
             .flatten()
             .any(|at| at <= now);
