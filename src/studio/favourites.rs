@@ -32,6 +32,12 @@ impl Favourites {
         Self::of_file(settings_file())
     }
 
+    /// Returns favourites that have no file.
+    #[cfg(test)]
+    pub(crate) fn of_nobody() -> Self {
+        Self::of_file(None)
+    }
+
     fn of_file(path: Option<PathBuf>) -> Self {
         let mut names = FIRST.map(str::to_owned);
         if let Some(list) = path.as_deref().and_then(document).as_ref().and_then(|it| it.get(KEY)?.as_array()) {

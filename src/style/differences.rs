@@ -7,7 +7,7 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, TableLike, Value
 
 use super::extends::{EXTENDS, ORDER, WITHOUT};
 use super::layers::number_headers;
-use super::parameters::Setting;
+use super::parameters::{Setting, find};
 use super::{Style, StyleError, names, preset_text};
 
 /// Returns the preset from which a style differs least: that whose differences have the shortest text.
@@ -45,6 +45,9 @@ pub(crate) fn written(name: &str, preset: &str, text: &str, file: Option<&str>) 
     let tables = Tables { preset: Some(&preset_item), before: before_item.as_ref(), now: &now };
     update(document.as_table_mut(), tables, "", &mut gone);
     update_layers(&mut document, [&of_preset, before.as_ref().unwrap_or(&of_preset), &style], &mut gone);
+    // What the preset has only by default is not in its text, and needs no mention.
+    let whole: DocumentMut = preset_text(preset).unwrap_or_default().parse().unwrap_or_default();
+    gone.retain(|key| find(whole.as_item(), key).is_some());
     set_list(&mut document, WITHOUT, &gone);
     number_headers(&mut document);
     let same_order = |document: &DocumentMut| {

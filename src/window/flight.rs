@@ -318,11 +318,8 @@ impl Flight {
         let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway());
         self.stale = rendered
             && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
-        let flows = !input.is_still()
-            || self.input.flies()
-            || !self.camera.is_still()
-            || self.stale
-            || self.frames_left.is_some();
+        let is_still = input.is_still() && !self.input.flies() && self.camera.is_still() && self.frames_left.is_none();
+        let flows = !is_still || self.stale;
         self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
         if !flows {
             self.flowing_since = None;
@@ -330,7 +327,7 @@ impl Flight {
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now())
             || std::mem::take(&mut self.inspector_is_old);
         // A shader may fail when it is first used.
-        let has_news = self.show_shader_errors() | self.fill_gallery(!flows)?;
+        let has_news = self.show_shader_errors() | self.fill_gallery(is_still)?;
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
     }
 
@@ -407,6 +404,7 @@ impl Flight {
                 inspected = self.inspector.show(context, document);
             }
             if self.gallery.is_open {
+                self.gallery.inspector_width = inspected.rect.map_or(0.0, |rect| rect.width());
                 let (styles, thumbnails) = (&self.styles, &self.thumbnails);
                 choices = self.gallery.show(context, styles, &self.favourites, thumbnails, settings_before.style);
             }

@@ -4,6 +4,9 @@
 
 pub(super) mod thumbnails;
 
+#[cfg(test)]
+mod tests;
+
 use egui::{Align2, Color32, RichText, Stroke, Ui, vec2};
 
 use self::thumbnails::Thumbnails;
@@ -13,6 +16,12 @@ use crate::style::families::Family;
 
 /// Width of a thumbnail in points.
 const WIDTH: f32 = 132.0;
+/// Distance between thumbnails in points.
+const GAP: f32 = 8.0;
+/// Most thumbnails in a row.
+const MOST_COLUMNS: f32 = 8.0;
+/// The least width next to the inspector in points; a narrower gallery covers the inspector.
+const LEAST_WIDTH: f32 = 3.5 * WIDTH;
 /// Greatest and least ratio of a thumbnail's height to its width.
 const SHAPES: [f32; 2] = [0.4, 0.9];
 /// Distance from the border of the window in points.
@@ -33,6 +42,8 @@ pub(super) enum Choice {
 #[derive(Debug, Default)]
 pub(super) struct Gallery {
     pub is_open: bool,
+    /// Width in points that the inspector takes at the right border.
+    pub inspector_width: f32,
     /// The style under the mouse, in the last frame.
     hovered: Option<usize>,
 }
@@ -54,33 +65,40 @@ impl Gallery {
     ) -> Vec<Choice> {
         let mut choices = Vec::new();
         self.hovered = None;
-        let size = context.content_rect().size() - egui::Vec2::splat(4.0 * MARGIN);
+        let free = context.content_rect();
+        // The inspector stays visible where both have room.
+        let beside = free.width() - self.inspector_width;
+        let width = if beside > LEAST_WIDTH { beside } else { free.width() } - 4.0 * MARGIN;
+        let columns = ((width + GAP) / (WIDTH + GAP)).floor().clamp(1.0, MOST_COLUMNS);
+        let size = vec2(columns * (WIDTH + GAP), free.height() - 4.0 * MARGIN);
         let mut is_open = true;
         let window = egui::Window::new("Styles")
             .id(egui::Id::unique("gallery"))
-            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+            .anchor(Align2::LEFT_TOP, [MARGIN, MARGIN])
             .open(&mut is_open)
             .order(egui::Order::Foreground)
             .collapsible(false)
-            .fixed_size([size.x.min(5.4 * WIDTH), size.y - 24.0]);
+            .fixed_size([size.x, size.y - 24.0]);
         let shape = shape(context);
         window.show(context, |ui| {
-            ui.set_width(ui.available_width());
+            ui.set_width(size.x);
             ui.label(RichText::new("A click chooses a style. 1 to 9 over a thumbnail makes it a favourite.").weak());
             egui::ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
                 for (family, group) in families(styles) {
                     ui.label(RichText::new(family.name()).strong());
-                    ui.horizontal_wrapped(|ui| {
-                        ui.spacing_mut().item_spacing = vec2(8.0, 6.0);
-                        for style in group {
-                            let digit = favourites.digit(&styles.lasting_name(style));
-                            let texture = thumbnails.get(style);
-                            let cell = Cell { style, digit, texture, shape, is_present: style == present };
-                            if self.cell(ui, styles, cell, &mut choices) {
-                                self.hovered = Some(style);
+                    for row in group.chunks(columns as usize) {
+                        ui.horizontal(|ui| {
+                            ui.spacing_mut().item_spacing = vec2(GAP, 2.0);
+                            for &style in row {
+                                let digit = favourites.digit(&styles.lasting_name(style));
+                                let texture = thumbnails.get(style);
+                                let cell = Cell { style, digit, texture, shape, is_present: style == present };
+                                if self.cell(ui, styles, cell, &mut choices) {
+                                    self.hovered = Some(style);
+                                }
                             }
-                        }
-                    });
+                        });
+                    }
                     ui.add_space(6.0);
                 }
             });
@@ -102,6 +120,11 @@ impl Gallery {
                 let (rect, response) = ui.allocate_exact_size(size, egui::Sense::click());
                 let visuals = ui.style().interact_selectable(&response, is_present);
                 ui.painter().rect_filled(rect, 2.0, Color32::from_gray(60));
+                if texture.is_none() {
+                    let at = egui::Align2::CENTER_CENTER;
+                    let font = egui::TextStyle::Body.resolve(ui.style());
+                    ui.painter().text(rect.center(), at, "…", font, Color32::from_gray(140));
+                }
                 if let Some(texture) = texture {
                     let whole = egui::Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
                     ui.painter().image(texture, rect, whole, Color32::WHITE);
@@ -121,7 +144,7 @@ impl Gallery {
         });
         let response = response.inner;
         response.widget_info(|| {
-            egui::WidgetInfo::selected(egui::WidgetType::Button, true, is_present, format!("Style {}", drawn.name))
+            egui::WidgetInfo::selected(egui::Role::Button, true, is_present, format!("Style {}", drawn.name))
         });
         if response.clicked() {
             choices.push(Choice::Style(style));

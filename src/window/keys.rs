@@ -300,6 +300,6 @@ mod tests {
             assert_eq!(action(code, Some("w"), false), None);
         }
         assert_eq!(action(KeyCode::Tab, Some("\t"), true), Some(Action::StepStyle(-1)));
-        assert_eq!(action(KeyCode::Digit3, Some("3"), false), Some(Action::ChooseStyle(2)));
+        assert_eq!(action(KeyCode::Digit3, Some("3"), false), Some(Action::Favourite(2)));
     }
 }

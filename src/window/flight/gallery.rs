@@ -71,9 +71,9 @@ impl Flight {
         self.inspector_is_old = true;
     }
 
-    /// Draws thumbnails of the gallery while the picture is at rest, and takes the styles that its folder has. Returns
+    /// Draws thumbnails of the gallery while the camera is at rest, and takes the styles that its folder has. Returns
     /// whether the gallery has changed.
-    pub(super) fn fill_gallery(&mut self, is_at_rest: bool) -> Result<bool, WindowError> {
+    pub(super) fn fill_gallery(&mut self, is_still: bool) -> Result<bool, WindowError> {
         if !self.gallery.is_open {
             return Ok(false);
         }
@@ -91,7 +91,7 @@ impl Flight {
             }
             self.thumbnails.wake(now);
         }
-        if !is_at_rest {
+        if !is_still {
             self.thumbnails.wake(now);
             return Ok(has_news);
         }

@@ -4,7 +4,7 @@
 //! thumbnail is begun when the GPU has finished the last one, and after as much time again, so that a slow GPU is at
 //! most half busy with them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -25,6 +25,8 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 const LARGER: f32 = 2.0;
 /// Shortest time between two attempts.
 const PAUSE: Duration = Duration::from_millis(25);
+/// Time between two attempts while pipelines are being built.
+const BUILDING_PAUSE: Duration = Duration::from_millis(100);
 /// Attempts after which a thumbnail is shown although tiles are missing, and after which one is given up whose pipelines
 /// are not built.
 const MAX_ATTEMPTS: u32 = 40;
@@ -62,6 +64,8 @@ pub(in crate::window) struct Thumbnails {
     thumbnails: BTreeMap<usize, Thumbnail>,
     /// The style that is being drawn, and the number of attempts.
     current: Option<(usize, u32)>,
+    /// Styles whose pipelines took too long; the others come first.
+    put_off: BTreeSet<usize>,
     /// Whether the GPU is still drawing, and since when.
     busy: Option<(Arc<AtomicBool>, Instant)>,
     next_at: Option<Instant>,
@@ -128,9 +132,11 @@ impl Thumbnails {
                     || known.subject.style != styles[style]
             })
         };
-        let Some(style) = order.iter().copied().find(|style| is_old(*style)) else {
+        let mut old = order.iter().copied().filter(|style| is_old(*style));
+        let Some(style) = old.clone().find(|style| !self.put_off.contains(style)).or_else(|| old.next()) else {
             self.next_at = None;
             self.current = None;
+            self.put_off.clear();
             return Ok(false);
         };
         let attempts = match self.current {
@@ -151,11 +157,18 @@ impl Thumbnails {
         let finished = Arc::clone(&busy);
         gpu.queue.on_submitted_work_done(move || finished.store(false, Ordering::Release));
         self.busy = Some((busy, now));
+        if renderer.is_building(gpu) {
+            self.next_at = Some(now + BUILDING_PAUSE);
+        }
         if attempts < MAX_ATTEMPTS && (!is_drawn || prepared.tiles.late) {
             return Ok(false);
         }
         let Some(picture) = renderer.target(&PICTURE).filter(|_| is_drawn) else {
-            // Its pipelines take long; the other styles come first. It is tried again when the gallery is opened.
+            // If all have been put off, each gets another turn.
+            if !self.put_off.insert(style) {
+                self.put_off.clear();
+            }
+            self.current = None;
             return Ok(false);
         };
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -179,6 +192,7 @@ impl Thumbnails {
             overlay.unregister(old.id);
         }
         self.current = None;
+        self.put_off.remove(&style);
         Ok(true)
     }
 }
