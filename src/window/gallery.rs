@@ -121,7 +121,7 @@ impl Gallery {
                 let visuals = ui.style().interact_selectable(&response, is_present);
                 ui.painter().rect_filled(rect, 2.0, Color32::from_gray(60));
                 if texture.is_none() {
-                    let at = egui::Align2::CENTER_CENTER;
+                    let at = Align2::CENTER_CENTER;
                     let font = egui::TextStyle::Body.resolve(ui.style());
                     ui.painter().text(rect.center(), at, "…", font, Color32::from_gray(140));
                 }
