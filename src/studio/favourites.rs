@@ -70,7 +70,11 @@ impl Favourites {
         let Some(path) = &self.path else { return Ok(()) };
         let mut document = document(path).unwrap_or_default();
         let list: Array = self.names.iter().map(String::as_str).collect();
-        document.insert(KEY, Item::Value(list.into()));
+        // A comment above the key stays.
+        match document.get_mut(KEY) {
+            Some(there) => *there = Item::Value(list.into()),
+            None => _ = document.insert(KEY, Item::Value(list.into())),
+        }
         let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
         let written = written.and_then(|()| atomic::write(path, document.to_string().as_bytes()));
         written.map_err(|error| format!("{}: cannot write the settings: {error}", path.display()))

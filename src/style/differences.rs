@@ -138,6 +138,17 @@ fn update(file: &mut dyn TableLike, tables: Tables<'_>, section: &str, gone: &mu
     strange.iter().for_each(|key| _ = file.remove(key));
 }
 
+/// Adds the keys that a table of the preset has and that of the style has not to `gone`.
+fn lacking(preset: &Table, now: &Table, section: &str, gone: &mut Vec<String>) {
+    for (key, item) in preset {
+        match (item, now.get(key)) {
+            (_, None) => gone.push(format!("{section}.{key}")),
+            (Item::Table(preset), Some(Item::Table(now))) => lacking(preset, now, &format!("{section}.{key}"), gone),
+            _ => {}
+        }
+    }
+}
+
 fn has_comment(file: &dyn TableLike, key: &str) -> bool {
     let is_comment = |raw: Option<&toml_edit::RawString>| {
         raw.and_then(toml_edit::RawString::as_str).is_some_and(|text| text.contains('#'))
@@ -174,6 +185,9 @@ fn update_layers(document: &mut DocumentMut, styles: [&Style; 3], gone: &mut Vec
     for (key, table) in &now {
         let [of_preset, of_before] = [&preset, &before].map(|all| find(all, key));
         if of_before.as_ref().is_some_and(|before| before.to_string() == table.to_string()) {
+            if let Some(preset) = &of_preset {
+                lacking(preset, table, key, gone);
+            }
             continue;
         }
         let kind = key.split('[').next().unwrap_or_default();

@@ -7,6 +7,7 @@ use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::clipboard::Clipboard;
+use super::gallery::thumbnails::Textures;
 use crate::gpu::Gpu;
 
 /// egui with its renderer.
@@ -102,16 +103,6 @@ impl Overlay {
         &self.context
     }
 
-    /// Makes a picture available to the panel.
-    pub(super) fn register(&mut self, gpu: &Gpu, picture: &wgpu::TextureView) -> egui::TextureId {
-        self.renderer.register_native_texture(&gpu.device, picture, wgpu::FilterMode::Linear)
-    }
-
-    /// Releases a picture that was made available.
-    pub(super) fn unregister(&mut self, id: egui::TextureId) {
-        self.renderer.free_texture(&id);
-    }
-
     /// Returns when the panel needs the next repaint.
     pub(super) fn repaint_at(&self) -> Option<Instant> {
         self.repaint_at
@@ -165,5 +156,15 @@ impl Overlay {
         for id in painted.textures.free.drain() {
             self.renderer.free_texture(&id);
         }
+    }
+}
+
+impl Textures for Overlay {
+    fn register(&mut self, gpu: &Gpu, picture: &wgpu::TextureView) -> egui::TextureId {
+        self.renderer.register_native_texture(&gpu.device, picture, wgpu::FilterMode::Linear)
+    }
+
+    fn unregister(&mut self, id: egui::TextureId) {
+        self.renderer.free_texture(&id);
     }
 }

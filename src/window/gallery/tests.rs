@@ -1,14 +1,20 @@
 //! Tests the gallery without a window: what it shows, and what clicks do.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+use std::time::Instant;
+
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
-use super::thumbnails::Thumbnails;
+use super::thumbnails::{Scene, Textures, Thumbnails};
 use super::{Choice, Gallery, families};
+use crate::gpu::{Gpu, Target};
+use crate::internals::read;
 use crate::studio::favourites::Favourites;
 use crate::style::families::Family;
 use crate::style::names;
+use crate::tests::common::draw::north_west;
+use crate::tests::common::{World, grid_of, rough_height_m};
 use crate::window::settings::Styles;
 
 struct Bench {
@@ -67,4 +73,67 @@ fn a_click_chooses_and_a_menu_sets_favourites() {
     harness.get_by_label("Favourite 3").click();
     harness.run();
     assert_eq!(harness.state().choices[1..], [Choice::Favourite(place(&harness, "night"), Some(2))]);
+}
+
+/// Counts the textures of a panel.
+#[derive(Default)]
+struct Counted {
+    next: u64,
+    registered: usize,
+}
+
+impl Textures for Counted {
+    fn register(&mut self, _: &Gpu, _: &wgpu::TextureView) -> egui::TextureId {
+        self.next += 1;
+        self.registered += 1;
+        egui::TextureId::User(self.next)
+    }
+
+    fn unregister(&mut self, _: egui::TextureId) {
+        self.registered -= 1;
+    }
+}
+
+/// Returns the bytes of a thumbnail.
+fn bytes(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
+    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+    let target = Target { name: "thumbnail", texture: texture.clone(), view };
+    read(gpu, &target, [0, 0], target.size_px()).unwrap()
+}
+
+#[test]
+fn thumbnails_show_their_styles() {
+    let Some(mut world) = World::new(grid_of(129, 129, 60.0, |x, y| 0.5 * rough_height_m(x, y)), 0.5) else { return };
+    let (styles, _) = Styles::with("ink").unwrap();
+    let mut scene =
+        Scene { pose: world.pose("-1500,-3600,+450,20,-9,50"), light: north_west(), shown_px: [66.0, 40.0] };
+    let order = ["ink", "wash", "night"].map(|name| styles.place_of(name).unwrap());
+    let (mut thumbnails, mut panel) = (Thumbnails::default(), Counted::default());
+    let mut fill = |thumbnails: &mut Thumbnails, panel: &mut Counted, scene: Scene| {
+        let begun = Instant::now();
+        thumbnails.wake(begun);
+        while thumbnails.next_at().is_some() {
+            thumbnails.work(&world.gpu, &mut world.surfaces, panel, scene, styles.list(), &order).unwrap();
+            world.gpu.check().unwrap();
+            assert!(begun.elapsed().as_secs() < 120, "thumbnails take too long");
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+        order.map(|style| bytes(&world.gpu, thumbnails.texture(style).unwrap()))
+    };
+    let drawn = fill(&mut thumbnails, &mut panel, scene);
+    assert_eq!(panel.registered, 3);
+    for (number, picture) in drawn.iter().enumerate() {
+        assert_eq!(picture.len(), 4 * 132 * 80);
+        let darkest = picture.chunks_exact(4).map(|texel| texel[1]).min().unwrap();
+        let brightest = picture.chunks_exact(4).map(|texel| texel[1]).max().unwrap();
+        assert!(brightest > darkest + 60, "style {number}: {darkest} to {brightest}");
+        assert!(drawn.iter().filter(|other| *other == picture).count() == 1);
+    }
+    // Nothing is drawn again until something changes, and then the old textures are released.
+    let again = fill(&mut thumbnails, &mut panel, scene);
+    assert!(again == drawn && panel.next == 3);
+    scene.light.to_sun.x = -scene.light.to_sun.x;
+    let other = fill(&mut thumbnails, &mut panel, scene);
+    assert!(other.iter().zip(&drawn).all(|(other, drawn)| other != drawn));
+    assert_eq!((panel.registered, panel.next), (3, 6));
 }

@@ -1,4 +1,4 @@
-//! Thumbnails of styles: small pictures of the present view, drawn one at a time while the window is at rest.
+//! Thumbnails of styles: small pictures of the present view, drawn one at a time while the camera is at rest.
 //!
 //! They have a renderer of their own, which shares pipelines with that of the window and never waits for one. The next
 //! thumbnail is begun when the GPU has finished the last one, and after as much time again, so that a slow GPU is at
@@ -16,7 +16,6 @@ use crate::gpu::pipelines::Builds;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::view::{Clock, Pose, View};
 use crate::style::Style;
-use crate::window::overlay::Overlay;
 use crate::world::Surfaces;
 
 /// Format of thumbnails, that of the textures of egui.
@@ -31,6 +30,15 @@ const BUILDING_PAUSE: Duration = Duration::from_millis(100);
 /// are not built.
 const MAX_ATTEMPTS: u32 = 40;
 
+/// The textures of the panel.
+pub(in crate::window) trait Textures {
+    /// Makes a picture available to the panel.
+    fn register(&mut self, gpu: &Gpu, picture: &wgpu::TextureView) -> egui::TextureId;
+
+    /// Releases a picture that was made available.
+    fn unregister(&mut self, id: egui::TextureId);
+}
+
 /// What a thumbnail shows.
 #[derive(Clone, Debug, PartialEq)]
 struct Subject {
@@ -42,7 +50,8 @@ struct Subject {
 
 /// A thumbnail on the GPU.
 struct Thumbnail {
-    _texture: wgpu::Texture,
+    #[cfg_attr(not(test), expect(dead_code, reason = "only tests read the picture back"))]
+    texture: wgpu::Texture,
     id: egui::TextureId,
     subject: Subject,
 }
@@ -77,6 +86,12 @@ impl Thumbnails {
         self.thumbnails.get(&style).map(|thumbnail| thumbnail.id)
     }
 
+    /// Returns the picture of a style on the GPU.
+    #[cfg(test)]
+    pub(super) fn texture(&self, style: usize) -> Option<&wgpu::Texture> {
+        self.thumbnails.get(&style).map(|thumbnail| &thumbnail.texture)
+    }
+
     /// Returns when the next attempt is due; `None` if all thumbnails are drawn.
     pub(in crate::window) fn next_at(&self) -> Option<Instant> {
         self.next_at
@@ -102,7 +117,7 @@ impl Thumbnails {
         &mut self,
         gpu: &Gpu,
         world: &mut Surfaces,
-        overlay: &mut Overlay,
+        panel: &mut impl Textures,
         scene: Scene,
         styles: &[Style],
         order: &[usize],
@@ -178,7 +193,9 @@ impl Thumbnails {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
         let target = texture.create_view(&wgpu::TextureViewDescriptor::default());
@@ -187,9 +204,9 @@ impl Thumbnails {
         let present = self.present.get_or_insert_with(|| PresentPass::new(gpu, FORMAT));
         present.run(gpu, &mut encoder, Shown::One(picture), &target, size_px);
         gpu.queue.submit([encoder.finish()]);
-        let id = overlay.register(gpu, &target);
-        if let Some(old) = self.thumbnails.insert(style, Thumbnail { _texture: texture, id, subject }) {
-            overlay.unregister(old.id);
+        let id = panel.register(gpu, &target);
+        if let Some(old) = self.thumbnails.insert(style, Thumbnail { texture, id, subject }) {
+            panel.unregister(old.id);
         }
         self.current = None;
         self.put_off.remove(&style);
