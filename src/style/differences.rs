@@ -7,7 +7,7 @@ use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, TableLike, Value
 
 use super::extends::{EXTENDS, ORDER, WITHOUT};
 use super::layers::number_headers;
-use super::parameters::{Setting, find};
+use super::parameters::{Setting, Tree, find};
 use super::{Style, StyleError, names, preset_text};
 
 /// Returns the preset from which a style differs least: that whose differences have the shortest text.
@@ -91,7 +91,9 @@ fn set_list(document: &mut DocumentMut, key: &str, list: &[String]) {
 }
 
 fn is_same(a: Option<&Item>, b: &Item) -> bool {
-    a.is_some_and(|a| a.to_string() == b.to_string())
+    // The text of a table leaves out lists of sections in it.
+    let whole = |item: &Item| serde_json::to_string(&Tree(Some(item))).unwrap_or_default();
+    a.is_some_and(|a| whole(a) == whole(b))
 }
 
 /// Writes into a table of the file what has changed since the file was read. Keys that the preset has and the style has
@@ -184,7 +186,7 @@ fn update_layers(document: &mut DocumentMut, styles: [&Style; 3], gone: &mut Vec
     };
     for (key, table) in &now {
         let [of_preset, of_before] = [&preset, &before].map(|all| find(all, key));
-        if of_before.as_ref().is_some_and(|before| before.to_string() == table.to_string()) {
+        if is_same(of_before.clone().map(Item::Table).as_ref(), &Item::Table(table.clone())) {
             if let Some(preset) = &of_preset {
                 lacking(preset, table, key, gone);
             }
