@@ -104,7 +104,7 @@ fn remove_unfinished() {
         // The names are random and were created by this process, so that nothing else is removed.
         let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
     }
-    std::mem::forget(list);
+    let _locked = std::mem::ManuallyDrop::new(list);
 }
 
 /// Locks a list; a thread that panicked leaves it whole.
