@@ -10,6 +10,9 @@ use super::target::Target;
 /// Largest number of requests in flight; further requests are dropped.
 const MAX_OPEN: usize = 8;
 
+/// Rows of copied pictures begin at multiples of this, as WebGPU requires.
+pub(crate) const ROW_BYTES: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
+
 type Mapped = Result<(), wgpu::BufferAsyncError>;
 
 /// A queue of asynchronous readbacks.
@@ -54,6 +57,44 @@ impl AsyncReadback {
                 wgpu::TexelCopyBufferInfo { buffer, layout: wgpu::TexelCopyBufferLayout::default() },
                 wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 },
             );
+        })
+    }
+
+    /// Requests the same rectangle of several pictures, as they are after everything submitted so far. The answer has the
+    /// rows of the first picture, then those of the second, and so on; each row takes [`ROW_BYTES`], so that it may have at
+    /// most 16 texels. Returns `false` if too many requests are in flight, or if the answer has more bytes than the queue's.
+    pub(crate) fn request_patches(
+        &mut self,
+        gpu: &Gpu,
+        pictures: &[&Target],
+        [x, y]: [u32; 2],
+        [width, height]: [u32; 2],
+    ) -> bool {
+        let bytes = pictures.len() as u64 * u64::from(height) * ROW_BYTES;
+        if bytes > self.bytes || width > 16 {
+            return false;
+        }
+        self.submit(gpu, |encoder, buffer| {
+            for (number, picture) in pictures.iter().enumerate() {
+                let offset = number as u64 * u64::from(height) * ROW_BYTES;
+                encoder.copy_texture_to_buffer(
+                    wgpu::TexelCopyTextureInfo {
+                        texture: &picture.texture,
+                        mip_level: 0,
+                        origin: wgpu::Origin3d { x, y, z: 0 },
+                        aspect: wgpu::TextureAspect::All,
+                    },
+                    wgpu::TexelCopyBufferInfo {
+                        buffer,
+                        layout: wgpu::TexelCopyBufferLayout {
+                            offset,
+                            bytes_per_row: Some(ROW_BYTES as u32),
+                            rows_per_image: None,
+                        },
+                    },
+                    wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                );
+            }
         })
     }
 

@@ -98,9 +98,22 @@ pub(crate) fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, max_px: [u32; 2])
         }
     }
     let format = texture.format();
-    let texels = if seen::holds_normals(name) { Some(normals(format, &bytes)) } else { texels(format, &bytes) };
-    let texels = texels.ok_or(ShowError::Format { name, format })?;
-    Ok(ShownPicture { size_px, texels })
+    of_bytes(name, format, size_px, &bytes).ok_or(ShowError::Format { name, format })
+}
+
+/// Returns the image `name` of a texture whose texels have been read; `None` if its format is not supported.
+pub(crate) fn of_bytes(name: &str, format: Format, size_px: [u32; 2], bytes: &[u8]) -> Option<ShownPicture> {
+    let texels = if seen::holds_normals(name) { Some(normals(format, bytes)) } else { texels(format, bytes) };
+    Some(ShownPicture { size_px, texels: texels? })
+}
+
+/// Returns one plane of numbers for each channel of texels; `None` for ids, depth and unsupported formats.
+#[cfg(feature = "window")]
+pub(crate) fn planes(format: Format, bytes: &[u8]) -> Option<Vec<Vec<f32>>> {
+    match texels(format, bytes)? {
+        Texels::Numbers(planes) => Some(planes),
+        Texels::Ids(_) | Texels::Depth(_) => None,
+    }
 }
 
 /// Converts the bytes of a 16-bit float.

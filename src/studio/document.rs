@@ -139,6 +139,12 @@ impl StyleDocument {
         self.style.clone().without_layers(|key| !self.is_drawn(key))
     }
 
+    /// Returns the key of a layer by its index in the style as it is drawn ([`StyleDocument::drawn`]).
+    pub(crate) fn key_of_drawn(&self, index: usize) -> Option<String> {
+        let keys = (0..self.style.layers.len()).map(|index| self.style.layers.key(index));
+        keys.filter(|key| self.is_drawn(key)).nth(index)
+    }
+
     /// Returns the sections of the style, in the order of the text.
     pub(crate) fn sections(&self) -> &[Section] {
         &self.sections

@@ -10,6 +10,7 @@ mod edits;
 mod gallery;
 mod land;
 mod navigate;
+mod touch;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -22,6 +23,7 @@ use winit::window::Window;
 
 use self::controls::TOAST;
 use self::navigate::Navigation;
+use self::touch::Touch;
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::gallery::Gallery;
 use super::gallery::thumbnails::Thumbnails;
@@ -93,6 +95,7 @@ pub(super) struct Flight {
     camera: FlyCamera,
     start: FlyCamera,
     navigation: Navigation,
+    touch: Touch,
     light_panel: LightPanel,
     /// The land with another exaggeration, while it is being read.
     reopening: Option<Reopening>,
@@ -224,6 +227,7 @@ impl Flight {
             reopening: None,
             proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
+            touch: Touch::new(),
             settings,
             styles,
             frame_times: FrameTimes::default(),
@@ -304,6 +308,7 @@ impl Flight {
         }
         self.present(surface, painted);
         self.ask_pointed();
+        self.ask_touched();
         self.gpu.check()?;
         let shows_chosen_style = self.shows_chosen_style();
         if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_chosen_style) {
@@ -358,6 +363,7 @@ impl Flight {
             tracing::debug!("{error}");
         }
         self.take_pointed();
+        self.take_touched(now);
         while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
             self.pass_times.add(times);
         }

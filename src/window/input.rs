@@ -17,7 +17,7 @@ const NOTCH_PX: f64 = 40.0;
 /// A button that is released within this distance of where it was pressed is a click, not a drag, in pixels.
 const CLICK_PX: f64 = 4.0;
 /// Longest time between the clicks of a double click.
-const DOUBLE_CLICK: Duration = Duration::from_millis(450);
+pub(super) const DOUBLE_CLICK: Duration = Duration::from_millis(450);
 
 /// The reaction to an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,6 +69,8 @@ pub(super) struct Input {
     drag: Option<Drag>,
     /// Motion of the mouse while it looks around, in pixels.
     looked_px: [f64; 2],
+    /// Motion of the mouse since a button was pressed, until the press is known to be a drag, in pixels.
+    pressed_px: [f64; 2],
     /// Motion of the cursor while it orbits, in pixels.
     dragged_px: DVec2,
     /// Position of the cursor in the window, in pixels.
@@ -84,6 +86,7 @@ impl Input {
             gamepads: Gamepads::new(),
             drag: None,
             looked_px: [0.0; 2],
+            pressed_px: [0.0; 2],
             dragged_px: DVec2::ZERO,
             cursor_px: None,
             last_click: None,
@@ -136,9 +139,10 @@ impl Input {
     /// Handles a motion of the mouse; returns whether the view follows it.
     pub(super) fn on_mouse_motion(&mut self, (right_px, down_px): (f64, f64)) -> bool {
         let looks = self.looks();
-        if looks {
-            self.looked_px[0] += right_px;
-            self.looked_px[1] += down_px;
+        let sum_px = if looks { &mut self.looked_px } else { &mut self.pressed_px };
+        if self.drag.is_some_and(|drag| drag.kind == DragKind::Look) {
+            sum_px[0] += right_px;
+            sum_px[1] += down_px;
         }
         looks
     }
@@ -152,8 +156,8 @@ impl Input {
     pub(super) fn release_mouse(&mut self, window: &Window) -> bool {
         let looked = self.looks();
         let moved = self.drag.take().is_some_and(|drag| drag.moves);
+        // What was looked around since the last frame still counts: a whole drag may happen between two slow frames.
         if looked {
-            self.looked_px = [0.0; 2];
             grab(window, false);
         }
         moved
@@ -252,6 +256,7 @@ impl Input {
         overlay.stop_typing();
         self.drag = Some(Drag { kind, button, from_px, moves: false });
         self.dragged_px = DVec2::ZERO;
+        self.pressed_px = [0.0; 2];
         Reaction::Panel
     }
 
@@ -273,23 +278,36 @@ impl Input {
 
     fn on_cursor(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, at_px: DVec2) -> Reaction {
         let before_px = self.cursor_px.replace(at_px);
-        let Some(drag) = &mut self.drag else { return forward(window, overlay, event) };
-        if !drag.moves && at_px.distance(drag.from_px) > CLICK_PX {
-            drag.moves = true;
-            if drag.kind == DragKind::Look {
-                grab(window, true);
-            } else {
-                self.dragged_px = at_px - drag.from_px;
-                return Reaction::Fly;
-            }
-        }
+        let Some(drag) = self.drag else { return forward(window, overlay, event) };
         match drag.kind {
+            kind if self.turns_into_drag(at_px) => {
+                if kind == DragKind::Look {
+                    grab(window, true);
+                }
+                Reaction::Fly
+            }
             DragKind::Orbit | DragKind::Pan if drag.moves => {
                 self.dragged_px += at_px - before_px.unwrap_or(at_px);
                 Reaction::Fly
             }
             _ => Reaction::Nothing,
         }
+    }
+
+    /// Returns whether a motion of the cursor turns a press into a drag. What has moved since the press counts.
+    fn turns_into_drag(&mut self, at_px: DVec2) -> bool {
+        let Some(drag) = self.drag.as_mut().filter(|drag| !drag.moves && at_px.distance(drag.from_px) > CLICK_PX)
+        else {
+            return false;
+        };
+        drag.moves = true;
+        if drag.kind == DragKind::Look {
+            let pressed_px = std::mem::take(&mut self.pressed_px);
+            (0..2).for_each(|axis| self.looked_px[axis] += pressed_px[axis]);
+        } else {
+            self.dragged_px = at_px - drag.from_px;
+        }
+        true
     }
 }
 
@@ -323,4 +341,47 @@ fn grab(window: &Window, grabbed: bool) {
         tracing::info!("cannot release the cursor: {error}");
     }
     window.set_cursor_visible(!grabbed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pressed() -> Input {
+        let mut input = Input::new();
+        let (kind, button) = (DragKind::Look, MouseButton::Left);
+        input.drag = Some(Drag { kind, button, from_px: DVec2::new(100.0, 100.0), moves: false });
+        input
+    }
+
+    fn look_deg(input: &mut Input) -> [f64; 2] {
+        input.take(0.5, Instant::now(), 0.1).look_deg
+    }
+
+    #[test]
+    fn the_motion_that_turns_a_press_into_a_drag_counts() {
+        // The system reports the motion of the mouse before or after that of the cursor.
+        for mouse_is_first in [true, false] {
+            let mut input = pressed();
+            if mouse_is_first {
+                assert!(!input.on_mouse_motion((40.0, -20.0)));
+            }
+            assert!(input.turns_into_drag(DVec2::new(140.0, 80.0)));
+            if !mouse_is_first {
+                assert!(input.on_mouse_motion((40.0, -20.0)));
+            }
+            assert_eq!(look_deg(&mut input), [20.0, 10.0]);
+            assert_eq!(look_deg(&mut input), [0.0, 0.0]);
+            input.on_mouse_motion((2.0, 0.0));
+            assert!(!input.turns_into_drag(DVec2::new(142.0, 80.0)));
+            assert_eq!(look_deg(&mut input), [1.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn a_click_does_not_look_around() {
+        let mut input = pressed();
+        assert!(!input.on_mouse_motion((2.0, 1.0)) && !input.turns_into_drag(DVec2::new(102.0, 101.0)));
+        assert_eq!(look_deg(&mut input), [0.0, 0.0]);
+    }
 }

@@ -28,6 +28,8 @@ const WIDTH: f32 = 318.0;
 const LABEL_WIDTH: f32 = 104.0;
 /// Distance from the border of the window in points.
 const MARGIN: f32 = 8.0;
+/// Colour of the bar at the section that drew what was clicked on.
+const MARK: Color32 = Color32::from_rgb(255, 190, 90);
 
 /// A request of the user in the inspector.
 #[derive(Clone, Debug)]
@@ -77,6 +79,10 @@ pub(super) struct Inspector {
     new_file: Option<NewFile>,
     /// Whether all sections are to be opened or closed in the next frame.
     opens_all: Option<bool>,
+    /// Key of the section that is marked, because it drew what was clicked on.
+    selected: Option<String>,
+    /// Whether the marked section is to be opened and moved into view in the next frame.
+    shows_selected: bool,
 }
 
 /// A file that is to be written.
@@ -97,6 +103,20 @@ impl Inspector {
             let preset = document.preset().map(str::to_owned).or_else(nearest);
             NewFile { name: proposed_name(document), preset, extends: document.is_extension() }
         });
+    }
+
+    /// Marks a section, opens it, and moves it into view.
+    pub(super) fn select(&mut self, key: String) {
+        // A search would hide it.
+        self.search.clear();
+        self.selected = Some(key);
+        self.shows_selected = true;
+    }
+
+    /// Returns the key of the section that is marked.
+    #[cfg(test)]
+    pub(super) fn selected(&self) -> Option<&str> {
+        self.selected.as_deref()
     }
 
     /// Lays out the inspector at the right border of the window.
@@ -192,6 +212,8 @@ impl Inspector {
 
     fn sections(&mut self, ui: &mut Ui, document: &StyleDocument, edits: &mut Vec<Edit>) {
         let opens_all = self.opens_all.take();
+        // A section that was opened now has its size in the next frame.
+        let shows_selected = std::mem::take(&mut self.shows_selected);
         let groups = groups(document.sections());
         let is_layer = |group: &&[Section]| matches!(group[0].place, Place::Layer { .. });
         let mut adds_layer = false;
@@ -206,7 +228,13 @@ impl Inspector {
                 adds_layer = true;
                 self.add_layer(ui, document, edits);
             }
-            self.group(ui, document, group, opens_all, edits);
+            let is_selected = self.selected.as_deref() == Some(group[0].key.as_str());
+            let opens = opens_all.or((is_selected && shows_selected).then_some(true));
+            let top = ui.cursor().top();
+            self.group(ui, document, group, opens, edits);
+            if is_selected {
+                mark(ui, top, shows_selected);
+            }
         }
         if !adds_layer {
             self.add_layer(ui, document, edits);
@@ -283,6 +311,19 @@ impl Inspector {
             ui.add_space(4.0);
         });
         named(&button, &format!("{}: {}", head.title, if is_open { "close" } else { "open" }));
+    }
+}
+
+/// Marks the section between `top` and the cursor by a bar on its left, and moves its beginning into view if it is to be
+/// shown.
+fn mark(ui: &mut Ui, top: f32, is_shown: bool) {
+    let left = ui.max_rect().left();
+    let bar = egui::Rect::from_min_max(egui::pos2(left - 3.0, top), egui::pos2(left - 1.0, ui.cursor().top() - 4.0));
+    ui.painter().rect_filled(bar, 1.0, MARK);
+    if is_shown {
+        let head = egui::Rect::from_min_size(egui::pos2(left, top), egui::vec2(1.0, 60.0));
+        ui.scroll_to_rect(head, Some(Align::Min));
+        ui.ctx().request_repaint();
     }
 }
 

@@ -58,6 +58,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("Ctrl wheel", "speed"),
     ("middle drag, Alt drag", "orbit"),
     ("Shift middle drag", "pan"),
+    ("click", "edit what drew there"),
     ("double click", "look at"),
     ("T", "top view"),
     ("F", "frame all"),

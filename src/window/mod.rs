@@ -29,6 +29,7 @@ mod settings;
 mod statistics;
 mod status;
 mod toasts;
+mod touched;
 
 use std::sync::Arc;
 

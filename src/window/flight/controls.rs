@@ -142,7 +142,9 @@ impl Flight {
         let toast = self.toasts.next_end();
         let pointed = self.navigation.look_at();
         let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
-        let due = [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed, gallery];
+        let touched = self.touch.look_at();
+        let due =
+            [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed, gallery, touched];
         due.into_iter().flatten().min()
     }
 
@@ -162,6 +164,14 @@ impl Flight {
                 tracing::debug!("{error}");
             }
             if self.take_pointed() {
+                return Next::Frame;
+            }
+        }
+        if self.touch.look_at().is_some_and(|at| at <= now) {
+            if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
+                tracing::debug!("{error}");
+            }
+            if self.take_touched(now) {
                 return Next::Frame;
             }
         }

@@ -111,6 +111,10 @@ impl Flight {
         }
         self.compared = None;
         self.stale = true;
+        // The other style appears at once: strokes do not fade over, and the mean of frames begins again.
+        if let Some(renderer) = &mut self.renderer {
+            renderer.forget();
+        }
         if !is_held {
             return;
         }

@@ -15,7 +15,7 @@ use crate::window::pointed::{Asked, Pointed, Pointer};
 use crate::window::status::{self, GoTo};
 
 /// Interval at which an answer of the GPU is looked for while nothing else happens.
-const ANSWER_LOOK: Duration = Duration::from_millis(4);
+pub(super) const ANSWER_LOOK: Duration = Duration::from_millis(4);
 /// Turn of an orbit for each pixel of the window.
 const ORBIT_DEG_PER_PX: f64 = 0.3;
 /// A place is known for a position of the cursor within this distance, in pixels.
@@ -148,7 +148,7 @@ impl Flight {
     }
 
     /// Returns the eye whose picture is at a position of the window, and where in the picture, 0 to 1.
-    fn eye_at(&self, cursor_px: DVec2) -> Option<(usize, DVec2)> {
+    pub(super) fn eye_at(&self, cursor_px: DVec2) -> Option<(usize, DVec2)> {
         let [width, height] = self.screen.size_px().map(f64::from);
         let part = cursor_px / DVec2::new(width, height);
         let is_inside = part.cmpge(DVec2::ZERO).all() && part.cmplt(DVec2::ONE).all();
@@ -224,11 +224,15 @@ impl Flight {
     pub(super) fn click(&mut self, cursor_px: DVec2) {
         if std::mem::take(&mut self.navigation.places_focus) {
             self.wish(Wish::Focus, cursor_px);
+        } else {
+            self.touch(cursor_px);
         }
     }
 
     /// Turns toward the place at a position of the window.
     pub(super) fn look_at(&mut self, cursor_px: DVec2) {
+        // The first click of a double click selects nothing.
+        self.touch.cancel();
         self.wish(Wish::Look, cursor_px);
     }
 

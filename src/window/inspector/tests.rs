@@ -24,9 +24,16 @@ struct Bench {
 
 /// Opens the inspector of a style in a window in which everything has room.
 fn open(name: &str) -> Harness<'static, Bench> {
+    let mut harness = open_in(name, egui::vec2(700.0, 16_000.0));
+    harness.get_by_label("Open all").click();
+    harness.run();
+    harness
+}
+
+fn open_in(name: &str, size: egui::Vec2) -> Harness<'static, Bench> {
     let document = StyleDocument::open(name).unwrap();
     let bench = Bench { inspector: Inspector::default(), document, said: Vec::new(), saves: 0 };
-    let harness = Harness::builder().with_size(egui::vec2(700.0, 16_000.0)).with_max_steps(40);
+    let harness = Harness::builder().with_size(size).with_max_steps(40);
     let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
         |ui, bench: &mut Bench| {
             for edit in bench.inspector.show(ui.ctx(), &bench.document).edits {
@@ -39,8 +46,6 @@ fn open(name: &str) -> Harness<'static, Bench> {
         },
         bench,
     );
-    harness.run();
-    harness.get_by_label("Open all").click();
     harness.run();
     harness
 }
@@ -226,4 +231,30 @@ fn layers_have_buttons() {
     harness.run();
     assert!(harness.state().document.style().focus.is_some());
     assert!(harness.state().said.is_empty(), "{:?}", harness.state().said);
+}
+
+#[test]
+fn a_selected_layer_is_moved_into_view() {
+    let mut harness = open_in("crosshatch", egui::vec2(700.0, 540.0));
+    let is_visible = |harness: &Harness<'_, Bench>, name: &str| {
+        let rect = harness.query_by_label(name).map(|node| node.rect());
+        rect.is_some_and(|rect| rect.top() > 0.0 && rect.bottom() < 540.0)
+    };
+    assert!(!is_visible(&harness, "Light: Wrap"));
+    for (key, name) in [("light", "Light: Wrap"), ("hatching", "Hatching: Hide"), ("strokes", "Strokes: Hide")] {
+        harness.state_mut().inspector.select(key.to_owned());
+        harness.run();
+        assert!(is_visible(&harness, name), "{key}");
+        assert_eq!(harness.state().inspector.selected(), Some(key));
+    }
+    assert!(!is_visible(&harness, "Light: Wrap"), "another section is in view");
+    // A search would hide the section.
+    harness.get_by_label("Search parameters").click();
+    harness.run();
+    harness.get_by_label("Search parameters").type_text("no such parameter");
+    harness.run();
+    assert!(!is_visible(&harness, "Hatching: Hide"));
+    harness.state_mut().inspector.select("hatching".to_owned());
+    harness.run();
+    assert!(is_visible(&harness, "Hatching: Hide"));
 }
