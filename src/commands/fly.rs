@@ -25,9 +25,9 @@ pub(crate) struct FlyArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
-    /// Preset (`hachure styles` lists them) or style file
-    #[arg(long, default_value = "ink")]
-    pub style: String,
+    /// Preset (`hachure styles` lists them) or style file [default: the style of the last flight, at first ink]
+    #[arg(long)]
+    pub style: Option<String>,
     /// Camera at the start: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in
     /// metres, or +h above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical
     /// field of view in degrees [default: the scene's, or a view of the most prominent summit]
@@ -36,9 +36,9 @@ pub(crate) struct FlyArgs {
     /// The place that the camera looks at in the beginning.
     #[command(flatten)]
     pub look: LookArgs,
-    /// Size of the window in pixels
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = parse_size)]
-    pub size: [u32; 2],
+    /// Size of the window in pixels [default: that of the last flight, at first 1280x720]
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
     /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
@@ -59,6 +59,11 @@ pub(crate) struct FlyArgs {
     #[arg(long, hide = true, value_parser = arguments::whole::<u64>(1, u64::MAX))]
     pub frames: Option<u64>,
 }
+
+/// The style of the first flight.
+const STYLE: &str = "ink";
+/// The size of the window of the first flight.
+const SIZE_PX: [u32; 2] = [1280, 720];
 
 /// Runs the command.
 ///

@@ -37,6 +37,12 @@ impl Renderer {
         self.eyes.get(eye)?.targets.get(kind)
     }
 
+    /// Returns all pictures that an eye's last frame drew or read, each with its number among those of its name, by name.
+    #[cfg(feature = "window")]
+    pub(crate) fn eye_targets(&self, eye: usize) -> Vec<(usize, &Target)> {
+        self.eyes.get(eye).map_or_else(Vec::new, |eye| eye.targets.of_latest_frame())
+    }
+
     /// Returns a buffer that passes share, if a recent frame used it.
     pub(crate) fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)

@@ -98,6 +98,28 @@ impl AsyncReadback {
         })
     }
 
+    /// Requests all texels of a picture, as they are after everything submitted so far. Rows are padded to a multiple of
+    /// [`ROW_BYTES`]. Returns `false` if too many requests are in flight, or if the picture has more bytes than the
+    /// queue's answers.
+    pub(crate) fn request_picture(&mut self, gpu: &Gpu, texture: &wgpu::Texture) -> bool {
+        let aspect = super::readback::aspect(texture);
+        let texel = texture.format().block_copy_size(Some(aspect)).unwrap_or(4);
+        let [width, height] = [texture.width(), texture.height()];
+        let row_bytes = u64::from(width * texel).next_multiple_of(ROW_BYTES);
+        if row_bytes * u64::from(height) > self.bytes {
+            return false;
+        }
+        self.submit(gpu, |encoder, buffer| {
+            let layout =
+                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes as u32), rows_per_image: None };
+            encoder.copy_texture_to_buffer(
+                wgpu::TexelCopyTextureInfo { texture, mip_level: 0, origin: wgpu::Origin3d::ZERO, aspect },
+                wgpu::TexelCopyBufferInfo { buffer, layout },
+                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            );
+        })
+    }
+
     fn submit(&mut self, gpu: &Gpu, copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer)) -> bool {
         if self.open.len() == MAX_OPEN {
             return false;

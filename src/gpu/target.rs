@@ -138,6 +138,15 @@ impl Targets {
         used.find(|((name, number, _), _)| *name == kind.name && *number == 0).map(|(_, (target, _))| target)
     }
 
+    /// Returns the pictures that the latest frame requested, each with its number among those of its kind, by name.
+    #[cfg(feature = "window")]
+    pub(crate) fn of_latest_frame(&self) -> Vec<(usize, &Target)> {
+        let used = self.targets.iter().filter(|(_, (_, used_in))| *used_in == self.frame);
+        let mut used: Vec<(usize, &Target)> = used.map(|((_, number, _), (target, _))| (*number, target)).collect();
+        used.sort_by_key(|(number, target)| (target.name, *number, target.size_px()));
+        used
+    }
+
     /// Returns width and height of a whole picture, in pixels.
     pub(crate) fn size_px(&self) -> [u32; 2] {
         self.size_px

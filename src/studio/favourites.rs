@@ -82,14 +82,14 @@ impl Favourites {
 }
 
 /// Returns the path of the settings file.
-fn settings_file() -> Option<PathBuf> {
+pub(crate) fn settings_file() -> Option<PathBuf> {
     let given = std::env::var_os("HACHURE_CONFIG").filter(|folder| !folder.is_empty()).map(PathBuf::from);
     let own = || Some(directories::ProjectDirs::from("", "", "hachure")?.config_dir().to_owned());
     Some(given.or_else(own)?.join("settings.toml"))
 }
 
 /// Reads the settings file; `None` if there is none, or no valid one.
-fn document(path: &Path) -> Option<DocumentMut> {
+pub(crate) fn document(path: &Path) -> Option<DocumentMut> {
     let text = read_text(path, LARGEST_STYLE_BYTES).ok()?;
     text.parse().inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok()
 }

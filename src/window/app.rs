@@ -8,11 +8,14 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::WindowId;
 
 use super::flight::{Flight, Next};
+use super::opening::Opening;
 use super::{FlightOptions, OpenWorldFn, WindowError};
 
 struct App {
     options: FlightOptions,
     open: Option<OpenWorldFn>,
+    /// The window before its flight.
+    opening: Option<Opening>,
     flight: Option<Flight>,
     outcome: Result<(), WindowError>,
     /// Wakes the event loop from other threads.
@@ -46,19 +49,46 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
 
 pub(super) fn run(events: EventLoop<()>, options: FlightOptions, open: OpenWorldFn) -> Result<(), WindowError> {
     let proxy = events.create_proxy();
-    let mut app = App { options, open: Some(open), flight: None, outcome: Ok(()), proxy };
+    let mut app = App { options, open: Some(open), opening: None, flight: None, outcome: Ok(()), proxy };
     events.run_app(&mut app)?;
     app.outcome
 }
 
 impl App {
+    /// Ends the program with an error.
+    fn fail(&mut self, events: &ActiveEventLoop, error: WindowError) {
+        self.outcome = Err(error);
+        events.exit();
+    }
+
+    /// Begins the flight if its world is open.
+    fn begin(&mut self, events: &ActiveEventLoop) {
+        let Some(world) = self.opening.as_ref().and_then(Opening::take) else { return };
+        let Some(opening) = self.opening.take() else { return };
+        let (parts, kept) = opening.into_parts();
+        let flight = world.and_then(|world| Flight::new(parts, world, &self.options, self.proxy.clone()));
+        match flight {
+            Ok(flight) => {
+                flight.request_redraw();
+                self.flight = Some(flight);
+            }
+            Err(error) => return self.fail(events, error),
+        }
+        for event in kept {
+            self.with_flight(events, |flight| flight.on_event(&event));
+        }
+    }
+
     /// Calls `act` on the flight; an error, or the end of the flight, ends the program.
     fn with_flight(&mut self, events: &ActiveEventLoop, act: impl FnOnce(&mut Flight) -> Result<Next, WindowError>) {
         let Some(flight) = &mut self.flight else { return };
         match act(flight) {
             Ok(Next::Frame) => flight.request_redraw(),
             Ok(Next::Sleep) => {}
-            Ok(Next::Quit) => events.exit(),
+            Ok(Next::Quit) => {
+                flight.remember();
+                events.exit();
+            }
             Err(error) => {
                 self.outcome = Err(error);
                 events.exit();
@@ -70,29 +100,39 @@ impl App {
 impl ApplicationHandler for App {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         let Some(open) = self.open.take() else { return };
-        match Flight::open(events, &self.options, open, self.proxy.clone()) {
-            Ok(flight) => {
-                flight.request_redraw();
-                self.flight = Some(flight);
-            }
-            Err(error) => {
-                self.outcome = Err(error);
-                events.exit();
-            }
+        match Opening::start(events, &self.options, open, &self.proxy) {
+            Ok(opening) => self.opening = Some(opening),
+            Err(error) => self.fail(events, error),
         }
     }
 
     fn new_events(&mut self, events: &ActiveEventLoop, cause: StartCause) {
         if matches!(cause, StartCause::ResumeTimeReached { .. }) {
+            if let Some(opening) = &self.opening {
+                opening.request_redraw();
+            }
             self.with_flight(events, |flight| Ok(flight.wake(Instant::now())));
         }
     }
 
     fn user_event(&mut self, events: &ActiveEventLoop, (): ()) {
+        self.begin(events);
         self.with_flight(events, |flight| Ok(flight.on_woken()));
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _window: WindowId, event: WindowEvent) {
+        if let Some(opening) = &mut self.opening {
+            match event {
+                WindowEvent::RedrawRequested => {
+                    if let Err(error) = opening.draw() {
+                        self.fail(events, error);
+                    }
+                }
+                event if opening.on_event(&event) => events.exit(),
+                _ => {}
+            }
+            return;
+        }
         self.with_flight(events, |flight| match event {
             WindowEvent::RedrawRequested => flight.draw(),
             event => flight.on_event(&event),
@@ -106,7 +146,8 @@ impl ApplicationHandler for App {
     }
 
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
-        let wake_at = self.flight.as_ref().and_then(Flight::wake_at);
+        let of_opening = self.opening.as_ref().map(Opening::wake_at);
+        let wake_at = of_opening.or_else(|| self.flight.as_ref().and_then(Flight::wake_at));
         events.set_control_flow(wake_at.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 }

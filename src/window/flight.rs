@@ -9,6 +9,7 @@ mod controls;
 mod edits;
 mod gallery;
 mod land;
+mod looked;
 mod navigate;
 mod touch;
 
@@ -17,37 +18,41 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use winit::dpi::PhysicalSize;
-use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
+use winit::event_loop::EventLoopProxy;
 use winit::window::Window;
 
 use self::controls::TOAST;
 use self::navigate::Navigation;
 use self::touch::Touch;
+use super::cost::{self, CostStats, Traffic};
+use super::dock::{Dock, Pane};
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::gallery::Gallery;
 use super::gallery::thumbnails::Thumbnails;
 use super::input::Input;
+use super::inside::Inside;
 use super::inspector::{Inspector, Shown as InspectorShown};
 use super::light::LightPanel;
+use super::opening::{self, Parts};
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
 use super::pictures::Pictures;
 use super::places::Places;
 use super::questions::Questions;
+use super::remembered::Remembered;
 use super::reopening::Reopening;
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
 use super::status;
-use super::toasts::{self, Toasts};
-use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
+use super::toasts::{self, About, Toasts};
+use super::welcome;
+use super::{FlightOptions, FlightWorld, WindowError};
 use crate::composite::PICTURE;
 use crate::composite::present::Shown;
 use crate::file::{FileError, standard};
 use crate::frame::{Light, Renderer};
 use crate::gpu::Gpu;
-use crate::gpu::device::instance_descriptor;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
 use crate::lines::strokes::AsyncStrokeNumbers;
@@ -109,9 +114,14 @@ pub(super) struct Flight {
     last: LastPicture,
     /// Whether the distance between the eyes is still adapting to the nearest land.
     eyes_move: bool,
-    panel_shown: bool,
+    dock: Dock,
     inspector: Inspector,
-    inspector_shown: bool,
+    inside: Inside,
+    /// The memory traffic of the passes of the last frame, while it is shown.
+    traffic: Traffic,
+    remembered: Remembered,
+    /// Whether the sentences of the first start are shown.
+    welcomes: bool,
     gallery: Gallery,
     favourites: Favourites,
     /// The search for the style files of a folder, while the gallery is open.
@@ -163,32 +173,18 @@ struct LastPicture {
 }
 
 impl Flight {
-    /// Opens window, GPU and world.
+    /// Begins a flight over a world in a window.
     ///
     /// # Errors
-    /// Returns a [`WindowError`] if one of them cannot be opened.
-    pub(super) fn open(
-        events: &ActiveEventLoop,
+    /// Returns a [`WindowError`] if the style is invalid.
+    pub(super) fn new(
+        parts: Parts,
+        world: FlightWorld,
         options: &FlightOptions,
-        open: OpenWorldFn,
         proxy: EventLoopProxy<()>,
     ) -> Result<Self, WindowError> {
+        let Parts { overlay, screen, gpu, window } = parts;
         let (styles, style) = Styles::with(&options.style)?;
-        // The window is shown once there is something to show.
-        let attributes = Window::default_attributes()
-            .with_title("hachure")
-            .with_inner_size(PhysicalSize::<u32>::from(options.size_px))
-            .with_visible(false);
-        let window = Arc::new(events.create_window(attributes)?);
-        let display = Box::new(events.owned_display_handle());
-        let instance = wgpu::Instance::new(instance_descriptor().with_display_handle(display));
-        let surface = instance.create_surface(Arc::clone(&window))?;
-        let gpu = Gpu::open_with(instance, &options.adapter, Some(&surface))?;
-        crate::world::store_pipelines(&gpu);
-        let screen = Screen::new(&gpu, Arc::clone(&window), surface)?;
-        let world = open(&gpu).map_err(WindowError::World)?;
-        let overlay = Overlay::new(&gpu, &window, screen.format());
-
         let start = FlyCamera::new(&world.start, |at| ground_m(&world, at), world.surfaces.terrain.extent_m());
         let settings = Settings {
             style,
@@ -209,7 +205,6 @@ impl Flight {
         let (pose, pair, prepared) = (start.pose(), options.pair, Prepared::default());
         let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0 };
         window.set_title(&format!("{} — hachure", world.name));
-        window.set_visible(true);
         // An event loop that has ended needs no waking.
         let [of_pictures, of_files] = [proxy.clone(), proxy.clone()];
         let watch = FileWatch::start(move || _ = of_files.send_event(()));
@@ -235,9 +230,12 @@ impl Flight {
             stroke_numbers: AsyncStrokeNumbers::default(),
             last,
             eyes_move: false,
-            panel_shown: true,
+            dock: options.remembered.panels.as_deref().and_then(Dock::of_text).unwrap_or_default(),
             inspector: Inspector::default(),
-            inspector_shown: false,
+            inside: Inside::new(),
+            traffic: Traffic::default(),
+            welcomes: !options.remembered.is_welcomed && options.frames.is_none(),
+            remembered: options.remembered.clone(),
             gallery: Gallery::default(),
             favourites: Favourites::open(),
             style_search: None,
@@ -309,6 +307,7 @@ impl Flight {
         self.present(surface, painted);
         self.ask_pointed();
         self.ask_touched();
+        self.ask_inside();
         self.gpu.check()?;
         let shows_chosen_style = self.shows_chosen_style();
         if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_chosen_style) {
@@ -364,6 +363,7 @@ impl Flight {
         }
         self.take_pointed();
         self.take_touched(now);
+        self.take_inside();
         while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
             self.pass_times.add(times);
         }
@@ -371,6 +371,7 @@ impl Flight {
 
     /// Lays out the panel and carries out what its buttons request.
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
+        let panels = [Pane::Style, Pane::Inside, Pane::Cost].map(|pane| (pane, self.dock.is_shown(pane)));
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
@@ -390,35 +391,67 @@ impl Flight {
             over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
             gpu_bytes: self.gpu.memory_bytes(),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
+            is_preparing: !self.shows_chosen_style(),
+            panels: &panels,
         };
+        let renderer = self.renderer.as_ref();
+        let cost = CostStats {
+            traffic: &self.traffic,
+            picture_bytes: renderer.map_or(0, Renderer::target_bytes),
+            cpu_ms: [prepared.prepare_ms, renderer.map_or(0.0, Renderer::record_ms)],
+        };
+        let entries = if self.dock.is_shown(Pane::Inside) { self.entries() } else { Vec::new() };
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
         let mut requests = panel::PanelRequests::default();
         let mut inspected = InspectorShown::default();
         let mut answer = None;
         let mut typed = None;
         let (words, projection) = self.navigation.words(self.world.surfaces.exaggeration());
-        let (words, projection) = (if self.panel_shown { words } else { Vec::new() }, projection.map(str::to_owned));
+        let (words, projection) =
+            (if self.dock.is_shown(Pane::Flight) { words } else { Vec::new() }, projection.map(str::to_owned));
         let mut choices = Vec::new();
-        let painted = self.overlay.run(&self.window, |context| {
-            if self.panel_shown {
-                let (settings, camera) = (&mut self.settings, &mut self.camera);
-                requests = panel::show(context, &stats, &self.styles, settings, camera, &mut self.light_panel);
+        let mut is_welcomed = false;
+        let has_picture = renderer.is_some_and(|renderer| renderer.target(&PICTURE).is_some());
+        let painted = self.overlay.run(&self.window, |ui| {
+            let context = &ui.ctx().clone();
+            if !has_picture {
+                opening::sign(context, "Preparing the first picture…");
             }
-            if self.inspector_shown
-                && let Some(document) = self.styles.document(settings_before.style)
-            {
-                inspected = self.inspector.show(context, document);
-            }
+            self.inside.paint(context);
+            self.dock.show(ui, &mut |ui, pane| match pane {
+                Pane::View => {}
+                Pane::Flight => {
+                    let (settings, camera) = (&mut self.settings, &mut self.camera);
+                    requests = panel::show(ui, &stats, &self.styles, settings, camera, &mut self.light_panel);
+                }
+                Pane::Style => {
+                    if let Some(document) = self.styles.document(settings_before.style) {
+                        inspected = self.inspector.show(ui, document);
+                    }
+                }
+                Pane::Inside => self.inside.show(ui, &entries),
+                Pane::Cost => cost::show(ui, &stats, &cost),
+            });
+            let window = context.content_rect();
+            let free = self.dock.free(window);
             if self.gallery.is_open {
-                self.gallery.inspector_width = inspected.rect.map_or(0.0, |rect| rect.width());
+                self.gallery.inspector_width = window.right() - free.right();
                 let (styles, thumbnails) = (&self.styles, &self.thumbnails);
                 choices = self.gallery.show(context, styles, &self.favourites, thumbnails, settings_before.style);
             }
             answer = self.questions.show(context).or(answer.take());
             let go_to = &mut self.navigation.go_to;
-            typed = status::show(context, &words, projection.as_deref(), go_to).or(typed.take());
-            toasts::show(context, &self.toasts, requests.rect, inspected.rect);
+            typed = status::show(context, free, &words, projection.as_deref(), go_to).or(typed.take());
+            let left = egui::Rect::from_min_max(window.min, egui::pos2(free.left(), window.bottom()));
+            let right = egui::Rect::from_min_max(egui::pos2(free.right(), window.top()), window.max);
+            let covers = |side: &egui::Rect| side.width() > 0.0;
+            toasts::show(context, &self.toasts, Some(left).filter(covers), Some(right).filter(covers));
+            is_welcomed |= self.welcomes && welcome::show(context);
         });
+        self.overlay.set_docked(self.dock.rects().to_vec());
+        if is_welcomed {
+            self.end_welcome();
+        }
         self.apply(inspected.edits, settings_before.style);
         if let Some((question, is_taken)) = answer {
             self.answer(question, is_taken);
@@ -428,8 +461,16 @@ impl Flight {
             self.style_changed(settings_before.style);
             self.open_document();
         }
-        if requests.inspector {
-            self.inspector_shown = !self.inspector_shown;
+        if let Some(pane) = requests.toggled {
+            self.dock.toggle(pane);
+            self.inspector_is_old = true;
+        }
+        if requests.gallery {
+            self.toggle_gallery();
+            self.inspector_is_old = true;
+        }
+        if requests.copied {
+            self.say(About::Edit, "Copied the value for --camera".to_owned(), TOAST / 2);
         }
         // A higher clearance lifts the camera; a lower one does not lower it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
@@ -466,8 +507,15 @@ impl Flight {
         renderer.set_antialias(self.settings.antialias);
         // A window never waits for a compiler.
         renderer.set_builds(Builds::InBackground);
-        renderer.set_submits(if self.panel_shown { Submits::Timed } else { Submits::Whole });
+        let measures = self.dock.is_shown(Pane::Flight) || self.dock.is_shown(Pane::Cost);
+        renderer.set_submits(if measures { Submits::Timed } else { Submits::Whole });
+        let now = Instant::now();
+        let traces = self.dock.is_shown(Pane::Cost) && self.traffic.is_due(&style.name, now);
+        renderer.set_traces(traces);
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
+        if traces {
+            self.traffic.count(renderer.trace(), &style.name, now);
+        }
         self.navigation.drew(&rig.eyes);
         self.stroke_numbers.request(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;

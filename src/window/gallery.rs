@@ -7,7 +7,7 @@ pub(super) mod thumbnails;
 #[cfg(test)]
 mod tests;
 
-use egui::{Align2, Color32, RichText, Stroke, Ui, vec2};
+use egui::{Align, Align2, Color32, Layout, RichText, Stroke, Ui, vec2};
 
 use self::thumbnails::Thumbnails;
 use super::settings::Styles;
@@ -75,14 +75,21 @@ impl Gallery {
         let window = egui::Window::new("Styles")
             .id(egui::Id::unique("gallery"))
             .anchor(Align2::LEFT_TOP, [MARGIN, MARGIN])
-            .open(&mut is_open)
             .order(egui::Order::Foreground)
-            .collapsible(false)
-            .fixed_size([size.x, size.y - 24.0]);
+            .title_bar(false)
+            .fixed_size(size);
         let shape = shape(context);
         window.show(context, |ui| {
             ui.set_width(size.x);
-            ui.label(RichText::new("A click chooses a style. 1 to 9 over a thumbnail makes it a favourite.").weak());
+            ui.horizontal(|ui| {
+                ui.label(RichText::new("Styles").heading().strong());
+                let hint = "A click chooses a style. 1 to 9 over a thumbnail makes it a favourite.";
+                ui.label(RichText::new(hint).weak());
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                    is_open = !ui.button("Close").on_hover_text("Close the gallery (G, Esc)").clicked();
+                });
+            });
+            ui.separator();
             egui::ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
                 for (family, group) in families(styles) {
                     ui.label(RichText::new(family.name()).strong());

@@ -210,6 +210,24 @@ impl Input {
             }
             return forward(window, overlay, event);
         }
+        // Tab moves the focus through the panels, as everywhere else; then the keys that operate a widget are for it.
+        let operates = matches!(
+            code,
+            KeyCode::Space
+                | KeyCode::Enter
+                | KeyCode::NumpadEnter
+                | KeyCode::ArrowUp
+                | KeyCode::ArrowDown
+                | KeyCode::ArrowLeft
+                | KeyCode::ArrowRight
+                | KeyCode::Escape
+        );
+        if code == KeyCode::Tab || operates && overlay.has_focus() && self.drag.is_none() {
+            if !down {
+                self.keys.set(code, false, Instant::now());
+            }
+            return forward(window, overlay, event);
+        }
         let copies = code == KeyCode::KeyC && self.keys.control();
         // Backspace restores the default of the parameter under the mouse, and Esc closes a list before it leaves.
         let closes = code == KeyCode::Escape && self.drag.is_none() && overlay.has_popup();
@@ -224,7 +242,7 @@ impl Input {
         if code == keys::COMPARE {
             return Reaction::Fly;
         }
-        match keys::action(code, key.logical_key.to_text(), self.keys.shift()) {
+        match keys::action(code, key.logical_key.to_text()) {
             Some(Action::Zoom(factor)) if down => Reaction::Do(Action::Zoom(factor)),
             Some(action) if down && !key.repeat => Reaction::Do(action),
             _ if flies && !key.repeat => Reaction::Fly,

@@ -11,7 +11,7 @@ mod values;
 mod tests;
 
 use egui::collapsing_header::CollapsingState;
-use egui::{Align, Align2, Color32, Layout, Response, RichText, Ui};
+use egui::{Align, Color32, Layout, Response, RichText, Ui};
 use toml_edit::Value;
 
 use self::icons::Icon;
@@ -22,12 +22,8 @@ use crate::style::controls::Control;
 use crate::style::differences::nearest_preset;
 use crate::style::layers::{LayerEdit, most_of_kind};
 
-/// Width of the inspector in points.
-const WIDTH: f32 = 318.0;
 /// Width of the names of parameters in points.
 const LABEL_WIDTH: f32 = 104.0;
-/// Distance from the border of the window in points.
-const MARGIN: f32 = 8.0;
 /// Colour of the bar at the section that drew what was clicked on.
 const MARK: Color32 = Color32::from_rgb(255, 190, 90);
 
@@ -65,8 +61,6 @@ pub(super) enum Edit {
 /// What the inspector did in a frame.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
-    /// Area of the inspector, which messages avoid.
-    pub rect: Option<egui::Rect>,
     /// The requests of the user, in their order.
     pub edits: Vec<Edit>,
 }
@@ -119,22 +113,13 @@ impl Inspector {
         self.selected.as_deref()
     }
 
-    /// Lays out the inspector at the right border of the window.
-    pub(super) fn show(&mut self, context: &egui::Context, document: &StyleDocument) -> Shown {
+    /// Lays out the inspector.
+    pub(super) fn show(&mut self, ui: &mut Ui, document: &StyleDocument) -> Shown {
         let mut shown = Shown::default();
-        let tallest = (context.content_rect().height() - 2.0 * MARGIN).max(60.0);
-        let window = egui::Window::new("Style")
-            .id(egui::Id::unique("inspector"))
-            .anchor(Align2::RIGHT_TOP, [-MARGIN, MARGIN])
-            .fixed_size([WIDTH, tallest]);
-        let response = window.show(context, |ui| {
-            ui.set_width(WIDTH);
-            self.head(ui, document, &mut shown.edits);
-            let area = egui::ScrollArea::vertical().auto_shrink([false, true]);
-            area.show(ui, |ui| self.sections(ui, document, &mut shown.edits));
-        });
-        shown.rect = response.map(|response| response.response.rect);
-        if !context.input(|input| input.pointer.any_down()) {
+        self.head(ui, document, &mut shown.edits);
+        let area = egui::ScrollArea::vertical().auto_shrink(false);
+        area.show(ui, |ui| self.sections(ui, document, &mut shown.edits));
+        if !ui.input(|input| input.pointer.any_down()) {
             shown.edits.push(Edit::Release);
         }
         shown

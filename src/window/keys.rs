@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use winit::keyboard::KeyCode;
 
+use super::dock::Pane;
 use super::fly_camera::FlyInput;
 
 /// Action of a key when it is pressed.
@@ -18,8 +19,8 @@ pub(super) enum Action {
     ToggleGallery,
     /// Write a picture to a file.
     Screenshot,
-    /// Show or hide the panel.
-    TogglePanel,
+    /// Show or hide a panel.
+    Toggle(Pane),
     /// Return to the start.
     Restart,
     /// Toggle full screen.
@@ -30,8 +31,6 @@ pub(super) enum Action {
     StepScale(i32),
     /// Release the mouse, or quit.
     Escape,
-    /// Show or hide the inspector of the style.
-    ToggleInspector,
     /// Undo the last edit of the style.
     Undo,
     /// Repeat the edit that was undone last.
@@ -65,7 +64,8 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("L", "go to coordinates"),
     ("[ ]", "field of view"),
     ("G", "gallery of styles"),
-    ("Tab 1–9", "next style, favourites"),
+    ("PgDn PgUp", "next style, previous"),
+    ("1–9", "favourite styles"),
     ("B", "hold: style before"),
     ("− +", "resolution"),
     ("F12 P", "save picture"),
@@ -73,6 +73,9 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("R", "return to start"),
     ("H", "hide this panel"),
     ("I", "edit the style"),
+    ("K", "look inside the frame"),
+    ("C", "cost of the frame"),
+    ("Tab", "next control of a panel"),
     ("Ctrl Z, Ctrl Y", "undo, redo"),
     ("Ctrl S", "save the style"),
     ("Esc Esc", "quit"),
@@ -80,7 +83,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
 
 /// Returns the action of a key. Keys named by a character are recognised by the character of the keyboard layout,
 /// others by their position. Keys that fly have no action.
-pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> {
+pub(super) fn action(code: KeyCode, sign: Option<&str>) -> Option<Action> {
     use KeyCode as Key;
     const DIGITS: [KeyCode; 9] = [
         Key::Digit1,
@@ -100,11 +103,14 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<A
         _ => {}
     }
     Some(match code {
-        Key::Tab => Action::StepStyle(if shift { -1 } else { 1 }),
+        Key::PageDown => Action::StepStyle(1),
+        Key::PageUp => Action::StepStyle(-1),
         Key::F12 | Key::KeyP => Action::Screenshot,
         Key::KeyG => Action::ToggleGallery,
-        Key::KeyH => Action::TogglePanel,
-        Key::KeyI => Action::ToggleInspector,
+        Key::KeyH => Action::Toggle(Pane::Flight),
+        Key::KeyI => Action::Toggle(Pane::Style),
+        Key::KeyK => Action::Toggle(Pane::Inside),
+        Key::KeyC => Action::Toggle(Pane::Cost),
         Key::KeyR => Action::Restart,
         Key::KeyT => Action::TopView,
         Key::KeyF => Action::FrameAll,
@@ -287,20 +293,21 @@ mod tests {
     fn signs_are_those_of_the_layout() {
         // Where an English keyboard has the minus, a German one has ß; where the English one has the slash, it has the
         // minus.
-        assert_eq!(action(KeyCode::Minus, Some("ß"), false), None);
-        assert_eq!(action(KeyCode::Slash, Some("-"), false), Some(Action::StepScale(-1)));
-        assert_eq!(action(KeyCode::BracketRight, Some("+"), false), Some(Action::StepScale(1)));
-        assert_eq!(action(KeyCode::Equal, Some("="), false), Some(Action::StepScale(1)));
-        assert_eq!(action(KeyCode::NumpadAdd, Some("+"), false), Some(Action::StepScale(1)));
-        assert_eq!(action(KeyCode::BracketRight, Some("]"), false), Some(Action::Zoom(1.1)));
+        assert_eq!(action(KeyCode::Minus, Some("ß")), None);
+        assert_eq!(action(KeyCode::Slash, Some("-")), Some(Action::StepScale(-1)));
+        assert_eq!(action(KeyCode::BracketRight, Some("+")), Some(Action::StepScale(1)));
+        assert_eq!(action(KeyCode::Equal, Some("=")), Some(Action::StepScale(1)));
+        assert_eq!(action(KeyCode::NumpadAdd, Some("+")), Some(Action::StepScale(1)));
+        assert_eq!(action(KeyCode::BracketRight, Some("]")), Some(Action::Zoom(1.1)));
     }
 
     #[test]
     fn keys_that_fly_do_nothing_else() {
         for code in [KeyCode::KeyW, KeyCode::KeyA, KeyCode::KeyS, KeyCode::KeyD, KeyCode::KeyQ, KeyCode::KeyE] {
-            assert_eq!(action(code, Some("w"), false), None);
+            assert_eq!(action(code, Some("w")), None);
         }
-        assert_eq!(action(KeyCode::Tab, Some("\t"), true), Some(Action::StepStyle(-1)));
-        assert_eq!(action(KeyCode::Digit3, Some("3"), false), Some(Action::Favourite(2)));
+        assert_eq!(action(KeyCode::PageUp, None), Some(Action::StepStyle(-1)));
+        assert_eq!(action(KeyCode::Tab, Some("\t")), None, "Tab moves the focus");
+        assert_eq!(action(KeyCode::Digit3, Some("3")), Some(Action::Favourite(2)));
     }
 }

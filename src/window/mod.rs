@@ -8,34 +8,42 @@
 mod app;
 mod camera_moves;
 mod clipboard;
+mod cost;
+mod dock;
 mod flight;
 pub(crate) mod fly_camera;
 mod gallery;
 mod gamepad;
 mod input;
+mod inside;
 mod inspector;
 mod keys;
 mod light;
+mod opening;
 mod overlay;
 mod panel;
 mod pictures;
 mod places;
 mod pointed;
 mod questions;
+pub(crate) mod remembered;
 mod reopening;
 mod screen;
+mod screen_reader;
 mod screenshot;
 mod settings;
 mod statistics;
 mod status;
 mod toasts;
 mod touched;
+mod welcome;
 
 use std::sync::Arc;
 
 use glam::DVec2;
 use winit::event_loop::EventLoop;
 
+use self::remembered::Remembered;
 use crate::file::FileError;
 use crate::frame::{Antialias, Light};
 use crate::gpu::device::AdapterWish;
@@ -113,6 +121,8 @@ pub(crate) struct FlightWorld {
 /// Options of a flight; the panel can change most of them.
 #[derive(Clone, Debug)]
 pub(crate) struct FlightOptions {
+    /// The name of the world for people.
+    pub name: String,
     /// A preset or a style file.
     pub style: String,
     /// Initial size of the window.
@@ -123,6 +133,8 @@ pub(crate) struct FlightOptions {
     pub adapter: AdapterWish,
     /// Render continuously, and quit after this many frames.
     pub frames: Option<u64>,
+    /// What the last run has remembered.
+    pub remembered: Remembered,
     /// Eyes shown initially.
     pub eyes: Eyes,
     /// Initial stereo pair.
@@ -131,8 +143,8 @@ pub(crate) struct FlightOptions {
     pub follows_land: bool,
 }
 
-/// Opens a world on the GPU that can present to the window.
-pub(crate) type OpenWorldFn = Box<dyn FnOnce(&Gpu) -> anyhow::Result<FlightWorld>>;
+/// Opens a world on the GPU that can present to the window, on another thread than that of the window.
+pub(crate) type OpenWorldFn = Box<dyn FnOnce(&Gpu) -> anyhow::Result<FlightWorld> + Send>;
 
 /// The connection to the window system.
 pub(crate) struct Windowing {

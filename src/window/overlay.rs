@@ -4,10 +4,12 @@ use std::time::{Duration, Instant};
 
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use winit::event::WindowEvent;
+use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::clipboard::Clipboard;
 use super::gallery::thumbnails::Textures;
+use super::screen_reader::ScreenReader;
 use crate::gpu::Gpu;
 
 /// egui with its renderer.
@@ -19,6 +21,9 @@ pub(super) struct Overlay {
     repaint_at: Option<Instant>,
     /// Where the mouse is, in points. egui knows only where it was when the panel was laid out last.
     pointer: Option<egui::Pos2>,
+    /// Areas of docked panels, in points.
+    docked: Vec<egui::Rect>,
+    screen_reader: ScreenReader,
 }
 
 /// A panel that is laid out but not yet painted.
@@ -30,15 +35,34 @@ pub(super) struct Painted {
 
 impl Overlay {
     /// Creates an overlay for a window whose surface has `format`.
-    pub(super) fn new(gpu: &Gpu, window: &Window, format: wgpu::TextureFormat) -> Self {
+    /// The window must not have been shown yet; `wake` is called when a screen reader asks for something.
+    pub(super) fn new(
+        gpu: &Gpu,
+        events: &ActiveEventLoop,
+        window: &Window,
+        format: wgpu::TextureFormat,
+        wake: impl Fn() + Clone + Send + 'static,
+    ) -> Self {
         let context = egui::Context::default();
         context.set_theme(egui::Theme::Dark);
         super::panel::set_up(&context);
         let largest = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = Some(window.scale_factor() as f32);
-        let state = egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, Some(largest));
+        let mut state =
+            egui_winit::State::new(context.clone(), egui::ViewportId::ROOT, window, scale, None, Some(largest));
+        let (adapter, screen_reader) = ScreenReader::new(events, window, wake);
+        state.accesskit = Some(adapter);
         let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
-        Self { context, state, clipboard: Clipboard::of(window), renderer, repaint_at: None, pointer: None }
+        Self {
+            context,
+            state,
+            clipboard: Clipboard::of(window),
+            renderer,
+            repaint_at: None,
+            pointer: None,
+            docked: Vec::new(),
+            screen_reader,
+        }
     }
 
     /// Passes an event to the panel. Returns whether the panel needs a repaint, and whether it consumed the event.
@@ -57,6 +81,11 @@ impl Overlay {
         response
     }
 
+    /// Carries out what a screen reader has asked for. Returns whether the panels need a repaint.
+    pub(super) fn take_screen_reader(&mut self) -> bool {
+        self.screen_reader.take(&self.context, &mut self.state)
+    }
+
     /// Returns whether a text field has the focus.
     pub(super) fn is_typing(&self) -> bool {
         self.context.text_edit_focused()
@@ -67,15 +96,22 @@ impl Overlay {
         self.context.memory_mut(|memory| memory.stop_text_input());
     }
 
-    /// Returns whether the mouse is over the panel or another window of it.
+    /// Takes the areas of docked panels, which are at the level of the picture for egui.
+    pub(super) fn set_docked(&mut self, docked: Vec<egui::Rect>) {
+        self.docked = docked;
+    }
+
+    /// Returns whether the mouse is over a panel or another window of it.
     pub(super) fn is_over_panel(&self) -> bool {
-        let layer = self.pointer.and_then(|at| self.context.layer_id_at(at));
+        let Some(at) = self.pointer else { return false };
+        let layer = self.context.layer_id_at(at);
         layer.is_some_and(|layer| layer.order != egui::Order::Background)
+            || self.docked.iter().any(|rect| rect.contains(at))
     }
 
     /// Returns whether a click belongs to the panel, or closes one of its lists.
     pub(super) fn wants_click(&self) -> bool {
-        self.is_over_panel() || self.wants_pointer() || self.has_popup()
+        self.is_over_panel() || self.is_dragging() || self.has_popup()
     }
 
     /// Returns whether the mouse holds something in the panel.
@@ -88,9 +124,9 @@ impl Overlay {
         egui::Popup::is_any_open(&self.context)
     }
 
-    /// Returns whether the mouse belongs to the panel.
-    pub(super) fn wants_pointer(&self) -> bool {
-        self.context.egui_wants_pointer_input()
+    /// Returns whether a widget has the keyboard, because Tab has moved the focus to it.
+    pub(super) fn has_focus(&self) -> bool {
+        self.context.egui_wants_keyboard_input()
     }
 
     /// Returns the text of the clipboard.
@@ -109,12 +145,9 @@ impl Overlay {
     }
 
     /// Lays out the panel. The result must be painted, because it contains texture updates.
-    pub(super) fn run(&mut self, window: &Window, mut panel: impl FnMut(&egui::Context)) -> Painted {
+    pub(super) fn run(&mut self, window: &Window, mut panel: impl FnMut(&mut egui::Ui)) -> Painted {
         let input = self.state.take_egui_input(window);
-        let output = self.context.run_ui(input, |ui| {
-            let context = ui.ctx().clone();
-            panel(&context);
-        });
+        let output = self.context.run_ui(input, |ui| panel(ui));
         self.clipboard.take(&output.platform_output.commands);
         self.state.handle_platform_output(window, output.platform_output);
         let delay =

@@ -2,6 +2,7 @@
 
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
+use super::dock::Pane;
 use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_FACTORS};
 use super::keys;
 use super::light::{LightPanel, LightRequests};
@@ -11,8 +12,6 @@ use crate::frame::Antialias;
 use crate::lines::strokes::StrokeNumbers;
 use crate::scene::stereo::Eyes;
 
-/// Width of the panel in points.
-const WIDTH: f32 = 228.0;
 /// Height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
 /// Upper end of the convergence slider, which stands for infinity.
@@ -50,19 +49,25 @@ pub(super) struct PanelStats<'a> {
     pub gpu_bytes: u64,
     /// Height of the camera above the ground.
     pub height_above_ground_m: f64,
+    /// Whether the picture is still of another style than the chosen one.
+    pub is_preparing: bool,
+    /// The other panels, and whether each is shown.
+    pub panels: &'a [(Pane, bool)],
 }
 
 /// The user's requests in the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PanelRequests {
-    /// Area of the panel, which messages avoid.
-    pub rect: Option<egui::Rect>,
     /// Whether to write a picture to a file.
     pub screenshot: bool,
     /// Whether to return to the start of the flight.
     pub restart: bool,
-    /// Whether to show the inspector of the style, or to hide it.
-    pub inspector: bool,
+    /// A panel to show, or to hide.
+    pub toggled: Option<Pane>,
+    /// Whether to open or close the gallery.
+    pub gallery: bool,
+    /// Whether the value for `--camera` was copied.
+    pub copied: bool,
     /// The requests in the controls of light.
     pub light: LightRequests,
 }
@@ -84,12 +89,14 @@ pub(super) fn set_up(context: &egui::Context) {
         style.visuals.window_fill = Color32::from_black_alpha(205);
         style.visuals.override_text_color = Some(Color32::from_gray(225));
         style.interaction.tooltip_delay = 0.3;
+        // Scroll bars have room of their own: they must not cover values.
+        style.spacing.scroll = egui::style::ScrollStyle::thin();
     });
 }
 
 /// Lays out the panel.
 pub(super) fn show(
-    context: &egui::Context,
+    ui: &mut Ui,
     stats: &PanelStats<'_>,
     styles: &Styles,
     settings: &mut Settings,
@@ -97,23 +104,32 @@ pub(super) fn show(
     light: &mut LightPanel,
 ) -> PanelRequests {
     let mut requests = PanelRequests::default();
-    let tallest = (context.content_rect().height() - 52.0).max(60.0);
-    let window = egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false);
-    let shown = window.show(context, |ui| {
-        ui.set_width(WIDTH);
-        egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
-            picture(ui, stats, styles, settings, &mut requests);
-            section(ui, "Performance", true, |ui| performance(ui, stats));
-            section(ui, "GPU time by pass", false, |ui| passes(ui, stats));
-            section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
-            section(ui, "Light", false, |ui| requests.light = light.show(ui, settings, camera.yaw_deg));
-            section(ui, "Keys", false, |ui| {
-                keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
-            });
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        panels(ui, stats, &mut requests);
+        picture(ui, stats, styles, settings);
+        section(ui, "Performance", true, |ui| performance(ui, stats));
+        section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
+        section(ui, "Light", false, |ui| requests.light = light.show(ui, settings, camera.yaw_deg));
+        section(ui, "Keys", false, |ui| {
+            keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
         });
     });
-    requests.rect = shown.map(|shown| shown.response.rect);
     requests
+}
+
+/// Adds the buttons of the other panels.
+fn panels(ui: &mut Ui, stats: &PanelStats<'_>, requests: &mut PanelRequests) {
+    ui.horizontal_wrapped(|ui| {
+        for (pane, is_shown) in stats.panels {
+            let button = ui.selectable_label(*is_shown, pane.title());
+            if button.on_hover_text(format!("Show or hide this panel ({})", pane.key())).clicked() {
+                requests.toggled = Some(*pane);
+            }
+        }
+        let gallery = ui.button("Gallery");
+        requests.gallery = gallery.on_hover_text("All styles as pictures of the present view (G)").clicked();
+    });
+    ui.separator();
 }
 
 /// Adds a section that can be collapsed.
@@ -122,7 +138,7 @@ fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) 
 }
 
 /// Adds a row with a name on the left and a value on the right.
-fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
+pub(super) fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(value).monospace()));
@@ -138,19 +154,11 @@ pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::W
 }
 
 /// Adds the controls of what is drawn: style, resolution, edges, eyes and terrain error.
-fn picture(
-    ui: &mut Ui,
-    stats: &PanelStats<'_>,
-    styles: &Styles,
-    settings: &mut Settings,
-    requests: &mut PanelRequests,
-) {
+fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut Settings) {
     let list = styles.list();
     ui.horizontal(|ui| {
         ui.label(RichText::new("Style").weak());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            requests.inspector =
-                ui.button("Edit…").on_hover_text("Show or hide the parameters of the style (I)").clicked();
             egui::ComboBox::from_id_salt("style").selected_text(&*list[settings.style].name).show_ui(ui, |ui| {
                 for (index, style) in list.iter().enumerate() {
                     ui.selectable_value(&mut settings.style, index, &*style.name).on_hover_text(&style.description);
@@ -158,6 +166,10 @@ fn picture(
             });
         });
     });
+    if stats.is_preparing {
+        let text = "This style is being prepared; the picture is still of the one before.";
+        ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
+    }
     ui.horizontal(|ui| {
         ui.label(RichText::new("Resolution").weak())
             .on_hover_text("Rendered pixels per pixel of the window, in each direction (− +)");
@@ -203,7 +215,8 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
         labelled(ui, "Eye distance", "Distance between the eyes (--ipd)", apart);
     });
     let mut convergence_m = settings.pair.convergence_m.unwrap_or(FARTHEST_M);
-    let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).suffix(" m").max_decimals(1);
+    let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).max_decimals(1);
+    let plane = plane.custom_formatter(|distance_m, _| distance_words(distance_m)).custom_parser(distance_of);
     labelled(
         ui,
         "Convergence",
@@ -211,6 +224,17 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
         plane,
     );
     settings.pair.convergence_m = (convergence_m < FARTHEST_M).then_some(convergence_m);
+}
+
+/// Returns the words for a distance of zero parallax.
+fn distance_words(distance_m: f64) -> String {
+    if distance_m >= FARTHEST_M { "∞".to_owned() } else { format!("{distance_m:.1} m") }
+}
+
+/// Returns the distance that words say.
+fn distance_of(words: &str) -> Option<f64> {
+    let words = words.trim().trim_end_matches('m').trim();
+    if matches!(words, "∞" | "inf" | "infinity") { Some(FARTHEST_M) } else { words.parse().ok() }
 }
 
 /// Adds the controls of the camera, and the buttons.
@@ -235,6 +259,7 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
     ui.horizontal(|ui| {
         if ui.button("Copy").on_hover_text("Copy the value for --camera").clicked() {
             ui.copy_text(text);
+            requests.copied = true;
         }
         requests.restart = ui.button("Reset view").on_hover_text("Return to the start of the flight (R)").clicked();
         requests.screenshot =
@@ -278,17 +303,6 @@ fn performance(ui: &mut Ui, stats: &PanelStats<'_>) {
     ui.label(RichText::new(stats.adapter).weak().size(9.0));
 }
 
-/// Adds a row for each pass.
-fn passes(ui: &mut Ui, stats: &PanelStats<'_>) {
-    let passes = stats.pass_times.passes();
-    if passes.is_empty() {
-        ui.label(RichText::new("This GPU has no timestamp queries.").weak());
-    }
-    for pass in passes {
-        row(ui, &pass.name, format!("{:.2} ms", pass.gpu_ms));
-    }
-}
-
 /// Plots frame times as bars, newest on the right, with a line at their median.
 fn plot(ui: &mut Ui, times: &FrameTimes) {
     let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), PLOT_HEIGHT), Sense::hover());
@@ -317,7 +331,7 @@ fn digits(length_m: f64) -> String {
 }
 
 /// Formats 1234567 as `1 234 567`.
-fn grouped(number: u64) -> String {
+pub(super) fn grouped(number: u64) -> String {
     let text = number.to_string();
     let mut grouped = String::with_capacity(text.len() * 4 / 3);
     for (place, digit) in text.chars().enumerate() {
@@ -346,6 +360,16 @@ mod tests {
         assert_eq!(digits(1234.5), "1 235");
     }
 
+    #[test]
+    fn infinity_is_written_as_such() {
+        assert_eq!(distance_words(FARTHEST_M), "∞");
+        assert_eq!(distance_words(12.34), "12.3 m");
+        for (words, distance_m) in [("∞", FARTHEST_M), ("inf", FARTHEST_M), ("12.5 m", 12.5), ("3", 3.0)] {
+            assert_eq!(distance_of(words), Some(distance_m));
+        }
+        assert_eq!(distance_of("far"), None);
+    }
+
     /// Returns the texts of the section on performance, with their colours.
     fn performance_texts(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
         let stats = PanelStats {
@@ -363,6 +387,8 @@ mod tests {
             over_memory_px: None,
             gpu_bytes: 0,
             height_above_ground_m: 0.0,
+            is_preparing: false,
+            panels: &[],
         };
         let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| performance(ui, &stats));
         let texts = output.shapes.into_iter().filter_map(|clipped| match clipped.shape {

@@ -83,16 +83,24 @@ pub(super) fn words(pointed: &Pointed, places: &Places, exaggeration: f64) -> Ve
 }
 
 /// Shows the line, and the field if it is open. Returns the coordinates to which the user wants to go.
-pub(super) fn show(context: &egui::Context, words: &[String], hint: Option<&str>, go_to: &mut GoTo) -> Option<String> {
+/// `free` is the part of the window that no panel covers.
+pub(super) fn show(
+    context: &egui::Context,
+    free: egui::Rect,
+    words: &[String],
+    hint: Option<&str>,
+    go_to: &mut GoTo,
+) -> Option<String> {
+    let at = |above: f32| free.left_bottom() + egui::vec2(MARGIN, -above);
     if words.is_empty() && go_to.text.is_none() {
         return None;
     }
     if !words.is_empty() {
         // The line is only read: clicks are for the picture below it.
         let area = egui::Area::new(egui::Id::unique("status")).order(egui::Order::Middle).interactable(false);
-        area.anchor(Align2::LEFT_BOTTOM, [MARGIN, -MARGIN]).show(context, |ui| {
+        area.pivot(Align2::LEFT_BOTTOM).fixed_pos(at(MARGIN)).show(context, |ui| {
             frame(ui).show(ui, |ui| {
-                ui.set_max_width(widest(ui));
+                ui.set_max_width(widest(free));
                 ui.horizontal_wrapped(|ui| {
                     ui.spacing_mut().item_spacing.x = 14.0;
                     words.iter().for_each(|word| _ = ui.label(RichText::new(word).monospace()));
@@ -104,9 +112,9 @@ pub(super) fn show(context: &egui::Context, words: &[String], hint: Option<&str>
     go_to.text.as_ref()?;
     let mut typed = None;
     let area = egui::Area::new(egui::Id::unique("go to")).order(egui::Order::Foreground);
-    area.anchor(Align2::LEFT_BOTTOM, [MARGIN, -LINE]).show(context, |ui| {
+    area.pivot(Align2::LEFT_BOTTOM).fixed_pos(at(LINE)).show(context, |ui| {
         frame(ui).show(ui, |ui| {
-            ui.set_max_width(widest(ui));
+            ui.set_max_width(widest(free));
             typed = go_to.show(ui);
         });
     });
@@ -117,8 +125,8 @@ fn frame(ui: &Ui) -> egui::Frame {
     egui::Frame::window(ui.style()).inner_margin(egui::Margin::symmetric(8, 4))
 }
 
-fn widest(ui: &Ui) -> f32 {
-    (ui.ctx().content_rect().width() - 4.0 * MARGIN).max(60.0)
+fn widest(free: egui::Rect) -> f32 {
+    (free.width() - 4.0 * MARGIN).max(60.0)
 }
 
 #[cfg(test)]
@@ -141,7 +149,7 @@ mod tests {
         let harness = Harness::builder().with_size(egui::vec2(640.0, 360.0));
         let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
             move |ui, bench: &mut Bench| {
-                let typed = show(ui.ctx(), &words, Some("EPSG:32610"), &mut bench.go_to);
+                let typed = show(ui.ctx(), ui.ctx().content_rect(), &words, Some("EPSG:32610"), &mut bench.go_to);
                 bench.typed.extend(typed);
             },
             Bench::default(),

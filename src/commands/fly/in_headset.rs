@@ -18,11 +18,12 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
         );
     }
     // Report errors before the world is baked.
-    arguments::style(&args.style)?;
+    let style = args.style.as_deref().unwrap_or(super::STYLE);
+    arguments::style(style)?;
     args.world.check()?;
     let runtime = Runtime::connect()?;
     let opened = OpenedWorld::new(args)?;
-    let options = HeadsetOptions { style: args.style.clone(), antialias: args.antialias, frames: args.frames };
+    let options = HeadsetOptions { style: style.to_owned(), antialias: args.antialias, frames: args.frames };
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let (world, start) = opened.on_gpu(&args, gpu)?;

@@ -4,11 +4,12 @@ use std::path::Path;
 
 use glam::DVec2;
 
-use super::FlyArgs;
 use super::opened::OpenedWorld;
+use super::{FlyArgs, SIZE_PX, STYLE};
 use crate::commands::arguments;
 use crate::commands::render::{self, like};
 use crate::gpu::device::AdapterWish;
+use crate::window::remembered::Remembered;
 use crate::window::{FlightOptions, FlightWorld, Windowing};
 
 /// Runs the command.
@@ -18,14 +19,24 @@ use crate::window::{FlightOptions, FlightWorld, Windowing};
 pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // Report errors before a window opens.
     args.stereo.check()?;
-    arguments::style(&args.style)?;
+    if let Some(style) = &args.style {
+        arguments::style(style)?;
+    }
     args.world.check()?;
+    // What a run with a number of frames draws depends on its arguments alone.
+    let remembered = if args.frames.is_none() { Remembered::open() } else { Remembered::default() };
+    // The file of the last style may be gone.
+    let last_style = remembered.style.clone().filter(|style| arguments::style(style).is_ok());
+    let size_px = args.size.or(remembered.size_px).unwrap_or(SIZE_PX);
+    let args = &FlyArgs { size: Some(size_px), ..args.clone() };
     let windowing = Windowing::new()?;
     let options = FlightOptions {
-        style: args.style.clone(),
-        size_px: args.size,
+        name: title(args.world.name()),
+        style: args.style.clone().or(last_style).unwrap_or_else(|| STYLE.to_owned()),
+        size_px,
         adapter: adapter.clone(),
         frames: args.frames,
+        remembered,
         eyes: args.stereo.eyes(),
         antialias: args.antialias,
         // The usual distance between human eyes until land is loaded.

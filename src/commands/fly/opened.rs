@@ -46,7 +46,7 @@ impl OpenedWorld {
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let mut world = OpenWorld::on_gpu_with(gpu, self.scene, self.store, options, &Bar::default())?;
-        let [width, height] = args.size;
+        let [width, height] = args.size.unwrap_or(super::SIZE_PX);
         let aspect = f64::from(width) / f64::from(height);
         let start = match (args.camera, self.looked_at_m) {
             (Some(camera), _) => camera,

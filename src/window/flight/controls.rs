@@ -89,8 +89,7 @@ impl Flight {
             Action::ToggleGallery => self.toggle_gallery(),
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot(),
-            Action::TogglePanel => self.panel_shown = !self.panel_shown,
-            Action::ToggleInspector => self.inspector_shown = !self.inspector_shown,
+            Action::Toggle(pane) => self.dock.toggle(pane),
             Action::Undo => self.apply(vec![Edit::Undo], before.style),
             Action::Redo => self.apply(vec![Edit::Redo], before.style),
             Action::Save => self.save_or_ask(),
@@ -107,6 +106,7 @@ impl Flight {
                 self.camera.zoom(factor);
                 self.stale = true;
             }
+            Action::Escape if self.welcomes => self.end_welcome(),
             Action::Escape if self.gallery.is_open => self.toggle_gallery(),
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
@@ -142,7 +142,8 @@ impl Flight {
         let toast = self.toasts.next_end();
         let pointed = self.navigation.look_at();
         let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
-        let touched = self.touch.look_at();
+        let touched = [self.touch.look_at(), self.inside.is_waiting().then_some(self.inside.next_look)];
+        let touched = touched.into_iter().flatten().min();
         let due =
             [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed, gallery, touched];
         due.into_iter().flatten().min()
@@ -166,6 +167,12 @@ impl Flight {
             if self.take_pointed() {
                 return Next::Frame;
             }
+        }
+        if self.inside.is_waiting() && self.inside.next_look <= now {
+            if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
+                tracing::debug!("{error}");
+            }
+            self.take_inside();
         }
         if self.touch.look_at().is_some_and(|at| at <= now) {
             if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {

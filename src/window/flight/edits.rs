@@ -4,6 +4,7 @@ use super::{Flight, Next};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::studio::document::{Reloaded, StyleDocument};
 use crate::style::StyleError;
+use crate::window::dock::Pane;
 use crate::window::inspector::{self, Edit};
 use crate::window::questions::{self, Question};
 use crate::window::toasts::About;
@@ -107,7 +108,7 @@ impl Flight {
 
     /// Opens the field for the name of a new file.
     pub(super) fn ask_for_name(&mut self) {
-        self.inspector_shown = true;
+        self.dock.set_shown(Pane::Style, true);
         if let Some(document) = self.styles.document(self.settings.style) {
             self.inspector.ask_for_name(document);
         }
@@ -145,7 +146,9 @@ impl Flight {
 
     /// Handles what other threads have reported: pictures that are finished, and files that have changed.
     pub(crate) fn on_woken(&mut self) -> Next {
-        let has_news = self.report_pictures() | self.take_reopened();
+        let context = self.overlay.context().clone();
+        let is_new = self.overlay.take_screen_reader() | self.inside.take_colours(&context);
+        let has_news = is_new | self.report_pictures() | self.take_reopened();
         let next = self.on_files_changed();
         if has_news {
             self.show_shader_errors();

@@ -88,6 +88,11 @@ impl Navigation {
         self.eyes = eyes.to_vec();
     }
 
+    /// Returns the number of pictures so far.
+    pub(super) fn picture(&self) -> u64 {
+        self.picture
+    }
+
     /// Returns when to look for an answer, if one is awaited.
     pub(super) fn look_at(&self) -> Option<Instant> {
         self.pointer.is_waiting().then_some(self.next_look)

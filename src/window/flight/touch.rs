@@ -12,6 +12,7 @@ use crate::scene::view::{Rig, View};
 use crate::style::layers::Layer;
 use crate::surface::DISTANCE;
 use crate::surface::water::WATER;
+use crate::window::dock::Pane;
 use crate::window::input::DOUBLE_CLICK;
 use crate::window::toasts::About;
 use crate::window::touched::{Asked, AskedInk, Touched, Toucher};
@@ -114,8 +115,8 @@ impl Flight {
             Touched::Sky => Some("sky".to_owned()),
         };
         let Some(key) = key else { return false };
-        let is_news = !self.inspector_shown;
-        self.inspector_shown = true;
+        let is_news = !self.dock.is_shown(Pane::Style);
+        self.dock.set_shown(Pane::Style, true);
         self.inspector.select(key.clone());
         self.inspector_is_old = true;
         if is_news {

@@ -36,7 +36,7 @@ fn open_in(name: &str, size: egui::Vec2) -> Harness<'static, Bench> {
     let harness = Harness::builder().with_size(size).with_max_steps(40);
     let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
         |ui, bench: &mut Bench| {
-            for edit in bench.inspector.show(ui.ctx(), &bench.document).edits {
+            for edit in bench.inspector.show(ui, &bench.document).edits {
                 bench.saves += usize::from(matches!(edit, Edit::Save));
                 match apply(&mut bench.document, edit, Some("0.25")) {
                     Ok(said) => bench.said.extend(said),

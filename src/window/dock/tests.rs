@@ -1,0 +1,138 @@
+//! Tests the docked panels without a window.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+
+use std::collections::BTreeMap;
+
+use super::*;
+
+struct Bench {
+    dock: Dock,
+    /// The parts of the window that the contents of panels had in the last frame.
+    rects: BTreeMap<Pane, Rect>,
+}
+
+fn open(dock: Dock, size: [f32; 2]) -> Harness<'static, Bench> {
+    let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).with_max_steps(40);
+    let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
+        |ui, Bench { dock, rects }: &mut Bench| {
+            rects.clear();
+            dock.show(ui, &mut |ui, pane| {
+                rects.insert(pane, ui.max_rect());
+                ui.label(format!("content of {}", pane.title()));
+            });
+        },
+        Bench { dock, rects: BTreeMap::new() },
+    );
+    harness.run();
+    harness
+}
+
+fn width(harness: &Harness<'_, Bench>, pane: Pane) -> f32 {
+    harness.state().rects[&pane].width()
+}
+
+fn resize(harness: &mut Harness<'_, Bench>, width: f32) {
+    harness.set_size(egui::vec2(width, 540.0));
+    harness.run();
+}
+
+#[test]
+fn panels_keep_their_width_when_the_window_shrinks_and_grows() {
+    let mut harness = open(Dock::default(), [1280.0, 800.0]);
+    harness.state_mut().dock.set_shown(Pane::Style, true);
+    harness.run();
+    let before = [Pane::Flight, Pane::Style].map(|pane| width(&harness, pane));
+    assert!(before[0] >= 240.0 && before[1] >= 320.0, "{before:?}");
+    resize(&mut harness, 960.0);
+    assert_eq!([Pane::Flight, Pane::Style].map(|pane| width(&harness, pane)), before);
+    resize(&mut harness, 300.0);
+    assert!(width(&harness, Pane::Flight) < 0.5 * before[0], "{}", width(&harness, Pane::Flight));
+    resize(&mut harness, 1.0);
+    resize(&mut harness, 1600.0);
+    let after = [Pane::Flight, Pane::Style].map(|pane| width(&harness, pane));
+    assert!((0..2).all(|side| (after[side] - before[side]).abs() < 1.0), "{before:?}, then {after:?}");
+}
+
+#[test]
+fn a_border_is_dragged() {
+    let mut harness = open(Dock::default(), [1280.0, 800.0]);
+    let before = width(&harness, Pane::Flight);
+    let border = harness.state().rects[&Pane::Flight].right() + f32::from(MARGIN);
+    let at = |x: f32| egui::pos2(x, 400.0);
+    assert!(harness.state().dock.is_over(at(border + 2.0)), "the border takes the mouse");
+    harness.hover_at(at(border));
+    harness.run();
+    harness.drag_at(at(border));
+    harness.step();
+    for step in 1..=6 {
+        harness.hover_at(at(border + 10.0 * step as f32));
+        harness.step();
+    }
+    harness.drop_at(at(border + 60.0));
+    harness.run();
+    let after = width(&harness, Pane::Flight);
+    assert!((after - before - 60.0).abs() < 3.0, "{before}, then {after}");
+    // What the user has chosen stays over a small window, and over a restart.
+    resize(&mut harness, 200.0);
+    resize(&mut harness, 1280.0);
+    assert!((width(&harness, Pane::Flight) - after).abs() < 1.0);
+    let text = harness.state().dock.text().unwrap();
+    let again = open(Dock::of_text(&text).unwrap(), [1000.0, 600.0]);
+    assert!((width(&again, Pane::Flight) - after).abs() < 1.0);
+}
+
+#[test]
+fn a_closed_panel_comes_back_to_its_place() {
+    let mut harness = open(Dock::default(), [1280.0, 800.0]);
+    assert!(harness.query_by_label("content of Flight").is_some());
+    let at = harness.state().rects[&Pane::Flight].center();
+    assert!(harness.state().dock.is_over(at) && !harness.state().dock.is_over(egui::pos2(640.0, 400.0)));
+    harness.get_by_label("Close").click();
+    harness.run();
+    assert!(!harness.state().dock.is_shown(Pane::Flight) && !harness.state().dock.is_over(at));
+    assert!(harness.query_by_label("content of Flight").is_none());
+    harness.state_mut().dock.toggle(Pane::Flight);
+    harness.run();
+    assert_eq!(harness.state().rects[&Pane::Flight].center(), at);
+    // Two panels at one place are tabs; the one that is asked for is in front.
+    harness.state_mut().dock.toggle(Pane::Inside);
+    harness.run();
+    assert!(!harness.state().dock.is_shown(Pane::Flight) && harness.state().dock.is_shown(Pane::Inside));
+    harness.get_by_label("Flight").click();
+    harness.run();
+    assert!(harness.state().dock.is_shown(Pane::Flight));
+    harness.state_mut().dock.toggle(Pane::Style);
+    harness.run();
+    let window = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1280.0, 800.0));
+    let free = harness.state().dock.free(window);
+    assert!(free.left() > 250.0 && free.right() < 960.0 && free.height() == 800.0, "{free}");
+}
+
+#[test]
+fn texts_that_are_no_panels_are_refused() {
+    let text = Dock::default().text().unwrap();
+    assert!(Dock::of_text(&text).is_some());
+    let damaged = [
+        String::new(),
+        "{}".to_owned(),
+        text.replace("\"cost\"", "\"style\""),
+        text.replace("\"view\"", "\"picture\""),
+        text[..text.len() / 2].to_owned(),
+    ];
+    for text in damaged {
+        assert!(Dock::of_text(&text).is_none(), "{text}");
+    }
+    // Containers that contain each other, and a tile in two places.
+    let dock = Dock::default();
+    let root = dock.tree.root().unwrap();
+    for child in [root, dock.tile(Pane::Flight).unwrap()] {
+        let mut dock = Dock::default();
+        if let Some(Tile::Container(container)) = dock.tree.tiles.get_mut(root) {
+            container.add_child(child);
+        }
+        assert!(Dock::of_text(&dock.text().unwrap()).is_none());
+    }
+}

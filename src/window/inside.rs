@@ -1,0 +1,365 @@
+//! Look inside: any picture of the frame, and the ink of each layer, as the view or right of a divider.
+//!
+//! The chosen picture is read back without waiting, and turned into colours on another thread by the code of
+//! `render --show`. So it may lag behind the view by a few frames, and nothing is read while nothing is chosen.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::Instant;
+
+use egui::{Color32, ColorImage, RichText, TextureHandle, TextureOptions, Ui};
+
+use crate::gpu::Gpu;
+use crate::gpu::async_readback::{AsyncReadback, ROW_BYTES};
+use crate::gpu::readback::aspect;
+use crate::gpu::target::Target;
+use crate::picture::show;
+use crate::studio::rows::title;
+use crate::style::Style;
+
+/// Pictures that most people look for, with what they show.
+const HELP: &[(&str, &str)] = &[
+    ("distance", "Distance along the view axis, in metres; 0 is the sky"),
+    ("depth", "Reversed depth of the rasteriser: nearer is greater"),
+    ("normal", "Normal of the surface, as red, green and blue"),
+    ("normal and lightness", "Normal of the surface, as red, green and blue"),
+    ("surface id", "Each patch of the land, each model and each tree in a colour of its own"),
+    ("motion", "Motion of each pixel since the frame before, in pixels"),
+    ("errors", "Errors of the line detector (LSA), from which lines are made"),
+    ("edge ids", "Edges of the surface from which strokes are chained, each in a colour of its own"),
+    ("thinned edge ids", "The same edges, thinned to a width of one pixel"),
+    ("stroke ids", "Chains of edges, each stroke in a colour of its own"),
+    ("stroke ink", "Ink of strokes"),
+    ("tone", "Colour of the tones; alpha is the requested tone"),
+    ("line", "Detected lines before they are smoothed"),
+    ("picture", "The picture itself, linear"),
+];
+
+/// What is looked at.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Looked {
+    /// The ink of a layer, by its index in the style that is drawn.
+    Ink(usize),
+    /// A picture, by its name and its number among those of its name.
+    Picture(&'static str, usize),
+}
+
+/// A line of the list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Entry {
+    pub looked: Looked,
+    pub label: String,
+    pub help: String,
+}
+
+/// A picture whose texels have been requested.
+struct Question {
+    looked: Looked,
+    name: &'static str,
+    format: wgpu::TextureFormat,
+    size_px: [u32; 2],
+}
+
+/// A picture as colours.
+struct Done {
+    looked: Looked,
+    size_px: [u32; 2],
+    rgba: Result<Vec<u8>, String>,
+}
+
+/// The picture that is shown instead of the frame's.
+pub(super) struct Inside {
+    looked: Option<Looked>,
+    /// Where the picture begins, as a part of the window's width from its left border.
+    divider: f32,
+    readback: Option<(AsyncReadback, u64)>,
+    open: Option<Question>,
+    /// What was requested last, and of which picture of the window.
+    asked: Option<(Looked, u64)>,
+    /// Whether colours are being computed.
+    is_working: bool,
+    sender: Sender<Done>,
+    done: Receiver<Done>,
+    texture: Option<(TextureHandle, Looked)>,
+    error: Option<String>,
+    pub(super) next_look: Instant,
+}
+
+/// Returns what can be looked at in a frame: the ink of each layer of `style`, and the pictures of the frame.
+pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: &[(usize, &Target)]) -> Vec<Entry> {
+    let inks = (0..style.layers.len()).rev().filter(|layer| has_ink(*layer)).map(|layer| Entry {
+        looked: Looked::Ink(layer),
+        label: format!("Ink of {}", title(&style.layers.key(layer)).to_lowercase()),
+        help: "How much of each pixel the layer covers, before haze".to_owned(),
+    });
+    let mut entries: Vec<Entry> = inks.collect();
+    for (number, target) in pictures {
+        let looked = Looked::Picture(target.name, *number);
+        if target.size_px() == [1, 1] || entries.iter().any(|entry| entry.looked == looked) {
+            continue;
+        }
+        let label = if *number > 0 { format!("{} {}", target.name, number + 1) } else { target.name.to_owned() };
+        let [width, height] = target.size_px();
+        let known =
+            HELP.iter().find(|(name, _)| *name == target.name).map_or("A picture of the frame", |(_, help)| help);
+        let help = format!(
+            "{known}\n{width} × {height}, {:?}; for a file: render --show \"{}\"",
+            target.texture.format(),
+            target.name
+        );
+        entries.push(Entry { looked, label, help });
+    }
+    entries
+}
+
+impl Inside {
+    /// Creates the state in which the frame's own picture is shown.
+    pub(super) fn new() -> Self {
+        let (sender, done) = channel();
+        Self {
+            looked: None,
+            divider: 0.0,
+            readback: None,
+            open: None,
+            asked: None,
+            is_working: false,
+            sender,
+            done,
+            texture: None,
+            error: None,
+            next_look: Instant::now(),
+        }
+    }
+
+    /// Returns what is looked at.
+    pub(super) fn looked(&self) -> Option<&Looked> {
+        self.looked.as_ref()
+    }
+
+    /// Shows the frame's own picture again.
+    pub(super) fn close(&mut self) {
+        self.look_at(None);
+    }
+
+    fn look_at(&mut self, looked: Option<Looked>) {
+        self.looked = looked;
+        self.asked = None;
+        self.error = None;
+        if self.looked.is_none() {
+            self.texture = None;
+        }
+    }
+
+    /// Returns whether an answer of the GPU is awaited.
+    pub(super) fn is_waiting(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// Requests the texels of `target`, which is what is looked at in picture number `picture` of the window, unless they
+    /// are known or under way.
+    pub(super) fn ask(&mut self, gpu: &Gpu, target: Option<&Target>, picture: u64) {
+        let Some(looked) = self.looked.clone() else { return };
+        let asked = Some((looked.clone(), picture));
+        if self.open.is_some() || self.is_working || self.asked == asked {
+            return;
+        }
+        let Some(target) = target else {
+            self.error = Some("This style has no such picture.".to_owned());
+            self.texture = None;
+            return;
+        };
+        let [width, height] = target.size_px();
+        let format = target.texture.format();
+        let texel = format.block_copy_size(Some(aspect(&target.texture))).unwrap_or(4);
+        let bytes = u64::from(width * texel).next_multiple_of(ROW_BYTES) * u64::from(height);
+        if self.readback.as_ref().is_none_or(|(_, known)| *known != bytes) {
+            self.readback = Some((AsyncReadback::new(bytes), bytes));
+        }
+        let Some((readback, _)) = &mut self.readback else { return };
+        if readback.request_picture(gpu, &target.texture) {
+            self.open = Some(Question { looked, name: target.name, format, size_px: [width, height] });
+            self.asked = asked;
+        }
+    }
+
+    /// Takes texels that have arrived, and begins to turn them into colours; then calls `wake`.
+    pub(super) fn take_texels(&mut self, wake: impl Fn() + Send + 'static) {
+        let (Some((readback, _)), true) = (&mut self.readback, self.open.is_some()) else { return };
+        let bytes = readback.take();
+        if bytes.is_none() && !readback.is_waiting() {
+            // The device is lost.
+            self.open = None;
+        }
+        let Some((bytes, question)) = bytes.zip(self.open.take_if(|_| !readback.is_waiting())) else { return };
+        let sender = self.sender.clone();
+        self.is_working = true;
+        rayon::spawn(move || {
+            // The receiver is gone if the window was closed.
+            let _ = sender.send(colours(question, &bytes));
+            wake();
+        });
+    }
+
+    /// Takes colours that are finished. Returns whether the view changes.
+    pub(super) fn take_colours(&mut self, context: &egui::Context) -> bool {
+        let Ok(Done { looked, size_px, rgba }) = self.done.try_recv() else { return false };
+        self.is_working = false;
+        if self.looked.as_ref() != Some(&looked) {
+            return true;
+        }
+        match rgba {
+            Ok(rgba) => {
+                let image = ColorImage::from_rgba_unmultiplied(size_px.map(|side| side as usize), &rgba);
+                match &mut self.texture {
+                    Some((texture, of)) => {
+                        texture.set(image, TextureOptions::NEAREST);
+                        *of = looked;
+                    }
+                    None => {
+                        self.texture = Some((context.load_texture("inside", image, TextureOptions::NEAREST), looked))
+                    }
+                }
+                self.error = None;
+            }
+            Err(error) => {
+                self.error = Some(error);
+                self.texture = None;
+            }
+        }
+        true
+    }
+
+    /// Paints the picture over that of the frame, right of the divider.
+    pub(super) fn paint(&self, context: &egui::Context) {
+        let Some((texture, _)) = self.texture.as_ref().filter(|(_, of)| self.looked.as_ref() == Some(of)) else {
+            return;
+        };
+        let whole = context.viewport_rect();
+        let left = whole.left() + self.divider.clamp(0.0, 1.0) * whole.width();
+        let part = egui::Rect::from_min_max(egui::pos2(left, whole.top()), whole.max);
+        let uv = egui::Rect::from_min_max(egui::pos2(self.divider.clamp(0.0, 1.0), 0.0), egui::pos2(1.0, 1.0));
+        let painter = context.layer_painter(egui::LayerId::background());
+        painter.image(texture.id(), part, uv, Color32::WHITE);
+        if self.divider > 0.0 {
+            painter.vline(left, whole.y_range(), (1.0, Color32::WHITE));
+        }
+    }
+
+    /// Adds the list of what can be looked at.
+    pub(super) fn show(&mut self, ui: &mut Ui, entries: &[Entry]) {
+        ui.label(RichText::new("A picture of the frame, instead of the drawing.").weak());
+        let mut divider = 100.0 * self.divider;
+        let slider = egui::Slider::new(&mut divider, 0.0..=95.0).suffix(" %").max_decimals(0);
+        let hint = "The drawing stays left of the divider; 0 shows the picture in the whole window";
+        super::panel::labelled(ui, "Divider", hint, slider);
+        self.divider = divider / 100.0;
+        ui.separator();
+        let mut chosen = None;
+        if ui.selectable_label(self.looked.is_none(), "The drawing").clicked() {
+            chosen = Some(None);
+        }
+        for Entry { looked, label, help } in entries {
+            let is_shown = self.looked.as_ref() == Some(looked);
+            let line = ui.selectable_label(is_shown, label).on_hover_text(help);
+            if line.clicked() {
+                chosen = Some((!is_shown).then(|| looked.clone()));
+            }
+        }
+        if let Some(error) = &self.error {
+            ui.colored_label(super::panel::WARNING, error);
+        }
+        if let Some(looked) = chosen {
+            self.look_at(looked);
+        }
+    }
+}
+
+/// Turns the rows of a picture, which are padded, into colours.
+fn colours(question: Question, bytes: &[u8]) -> Done {
+    let Question { looked, name, format, size_px } = question;
+    let [width, height] = size_px.map(|side| side as usize);
+    let padded = bytes.len() / height.max(1);
+    let texel = if format.is_depth_stencil_format() { 4 } else { format.block_copy_size(None).unwrap_or(4) as usize };
+    let rows = bytes.chunks_exact(padded.max(1)).take(height);
+    let texels: Vec<u8> = rows.flat_map(|row| &row[..(width * texel).min(row.len())]).copied().collect();
+    let shown = show::of_bytes(name, format, size_px, &texels);
+    let rgba = shown.map(|shown| shown.rgba8());
+    Done { looked, size_px, rgba: rgba.ok_or_else(|| format!("Pictures in the format {format:?} cannot be shown.")) }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::collections::BTreeSet;
+    use std::time::Duration;
+
+    use super::*;
+    use crate::frame::Renderer;
+    use crate::tests::common::draw::{draw, north_west, still};
+    use crate::tests::common::{World, grid_of, rough_height_m};
+
+    const SIZE_PX: [u32; 2] = [120, 72];
+
+    /// Returns what a target looks like, through the whole way: readback, colours, texture.
+    fn looked(world: &World, context: &egui::Context, target: &Target, looked: Looked) -> Result<usize, String> {
+        let mut inside = Inside::new();
+        inside.look_at(Some(looked));
+        inside.ask(&world.gpu, Some(target), 1);
+        assert!(inside.is_waiting());
+        world.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let (sender, woken) = channel();
+        inside.take_texels(move || _ = sender.send(()));
+        woken.recv_timeout(Duration::from_secs(30)).unwrap();
+        assert!(inside.take_colours(context) && !inside.is_waiting());
+        // The same picture is not read twice.
+        inside.ask(&world.gpu, Some(target), 1);
+        assert!(!inside.is_waiting());
+        match (inside.texture, inside.error) {
+            (Some((texture, _)), None) => Ok(texture.size()[0] * texture.size()[1]),
+            (_, error) => Err(error.unwrap()),
+        }
+    }
+
+    #[test]
+    fn every_picture_of_every_layer_can_be_looked_at() {
+        let grid = grid_of(100, 100, 30.0, |x, y| f64::from(rough_height_m(x, y) as f32));
+        let Some(mut world) = World::new(grid, 1.0) else { return };
+        let context = egui::Context::default();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let view = still(world.pose("0,-1800,+700,0,-18,50"), SIZE_PX);
+        let mut names = BTreeSet::new();
+        for name in ["crosshatch", "ink", "tone-lines"] {
+            let style = Style::load(name).unwrap();
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
+            let pictures = renderer.eye_targets(0);
+            let list = entries(&style, |layer| renderer.ink_target(0, layer).is_some(), &pictures);
+            let labels: BTreeSet<&String> = list.iter().map(|entry| &entry.label).collect();
+            assert_eq!(labels.len(), list.len(), "{list:?}");
+            for entry in &list {
+                let target = match &entry.looked {
+                    Looked::Ink(layer) => renderer.ink_target(0, *layer).unwrap(),
+                    Looked::Picture(name, number) => {
+                        let found = pictures.iter().find(|(known, it)| known == number && it.name == *name);
+                        names.insert(*name);
+                        found.unwrap().1
+                    }
+                };
+                let size_px = target.size_px();
+                match looked(&world, &context, target, entry.looked.clone()) {
+                    Ok(texels) => assert_eq!(texels, (size_px[0] * size_px[1]) as usize),
+                    // Formats for which render --show has no colours either.
+                    Err(error) => assert!(error.contains("cannot be shown"), "{}: {error}", entry.label),
+                }
+            }
+            assert!(list.iter().any(|entry| matches!(entry.looked, Looked::Ink(_))), "{name}");
+        }
+        for wanted in ["depth", "distance", "errors", "stroke ids", "edge ids", "tone", "picture"] {
+            assert!(names.contains(wanted), "{wanted}: {names:?}");
+        }
+        // Planted: a picture of another number is not there.
+        let mut inside = Inside::new();
+        inside.look_at(Some(Looked::Picture("depth", 7)));
+        inside.ask(&world.gpu, None, 1);
+        assert_eq!(inside.error.as_deref(), Some("This style has no such picture."));
+    }
+}
