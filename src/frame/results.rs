@@ -37,10 +37,10 @@ impl Renderer {
         self.eyes.get(eye)?.targets.get(kind)
     }
 
-    /// Returns all pictures that an eye's last frame drew or read, each with its number among those of its name, by name.
+    /// Returns all pictures that an eye's latest frames drew or read, each with its number among those of its name, by name.
     #[cfg(feature = "window")]
     pub(crate) fn eye_targets(&self, eye: usize) -> Vec<(usize, &Target)> {
-        self.eyes.get(eye).map_or_else(Vec::new, |eye| eye.targets.of_latest_frame())
+        self.eyes.get(eye).map_or_else(Vec::new, |eye| eye.targets.of_latest_frames())
     }
 
     /// Returns a buffer that passes share, if a recent frame used it.

@@ -8,6 +8,10 @@ use rustc_hash::FxHashMap;
 use super::pools::KEEP_FRAMES;
 use super::{Gpu, GpuError};
 
+/// Number of frames whose pictures [`Targets::of_latest_frames`] returns.
+#[cfg(feature = "window")]
+const LATEST: u64 = 12;
+
 /// A 2D picture with one mip level.
 #[derive(Clone, Debug)]
 pub struct Target {
@@ -138,10 +142,11 @@ impl Targets {
         used.find(|((name, number, _), _)| *name == kind.name && *number == 0).map(|(_, (target, _))| target)
     }
 
-    /// Returns the pictures that the latest frame requested, each with its number among those of its kind, by name.
+    /// Returns the pictures that one of the latest frames requested, each with its number among those of its kind, by name.
+    /// Not every frame rebuilds its strokes.
     #[cfg(feature = "window")]
-    pub(crate) fn of_latest_frame(&self) -> Vec<(usize, &Target)> {
-        let used = self.targets.iter().filter(|(_, (_, used_in))| *used_in == self.frame);
+    pub(crate) fn of_latest_frames(&self) -> Vec<(usize, &Target)> {
+        let used = self.targets.iter().filter(|(_, (_, used_in))| used_in + LATEST > self.frame);
         let mut used: Vec<(usize, &Target)> = used.map(|((_, number, _), (target, _))| (*number, target)).collect();
         used.sort_by_key(|(number, target)| (target.name, *number, target.size_px()));
         used

@@ -62,6 +62,10 @@ pub(super) struct CostStats<'a> {
 
 /// Adds the bar, the list and the numbers.
 pub(super) fn show(ui: &mut Ui, stats: &PanelStats<'_>, cost: &CostStats<'_>) {
+    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| content(ui, stats, cost));
+}
+
+fn content(ui: &mut Ui, stats: &PanelStats<'_>, cost: &CostStats<'_>) {
     let passes = stats.pass_times.passes();
     let Some((frame, passes)) = passes.split_first() else {
         ui.label(RichText::new("This GPU has no timestamp queries.").weak());

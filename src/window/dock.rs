@@ -301,7 +301,16 @@ impl Behavior<Pane> for Content<'_> {
         ui.painter().rect_filled(rect, 0.0, ui.visuals().window_fill);
         egui::Frame::new().inner_margin(MARGIN).show(ui, |ui| {
             ui.set_clip_rect(ui.clip_rect().intersect(rect));
-            (self.show)(ui, *pane);
+            let needed = pane.width() - 2.0 * f32::from(MARGIN);
+            if ui.available_width() >= needed - 1.0 {
+                (self.show)(ui, *pane);
+                return;
+            }
+            // Rows that are cut cannot be read.
+            egui::ScrollArea::horizontal().auto_shrink(false).show(ui, |ui| {
+                ui.set_width(needed);
+                (self.show)(ui, *pane);
+            });
         });
         UiResponse::None
     }

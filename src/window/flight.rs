@@ -371,6 +371,7 @@ impl Flight {
 
     /// Lays out the panel and carries out what its buttons request.
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
+        let has_picture = self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
         let panels = [Pane::Style, Pane::Inside, Pane::Cost].map(|pane| (pane, self.dock.is_shown(pane)));
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
@@ -391,7 +392,7 @@ impl Flight {
             over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
             gpu_bytes: self.gpu.memory_bytes(),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
-            is_preparing: !self.shows_chosen_style(),
+            is_preparing: has_picture && !self.shows_chosen_style(),
             panels: &panels,
         };
         let renderer = self.renderer.as_ref();
@@ -411,7 +412,6 @@ impl Flight {
             (if self.dock.is_shown(Pane::Flight) { words } else { Vec::new() }, projection.map(str::to_owned));
         let mut choices = Vec::new();
         let mut is_welcomed = false;
-        let has_picture = renderer.is_some_and(|renderer| renderer.target(&PICTURE).is_some());
         let painted = self.overlay.run(&self.window, |ui| {
             let context = &ui.ctx().clone();
             if !has_picture {

@@ -215,7 +215,7 @@ impl Inside {
                         *of = looked;
                     }
                     None => {
-                        self.texture = Some((context.load_texture("inside", image, TextureOptions::NEAREST), looked))
+                        self.texture = Some((context.load_texture("inside", image, TextureOptions::NEAREST), looked));
                     }
                 }
                 self.error = None;
@@ -257,16 +257,18 @@ impl Inside {
         if ui.selectable_label(self.looked.is_none(), "The drawing").clicked() {
             chosen = Some(None);
         }
-        for Entry { looked, label, help } in entries {
-            let is_shown = self.looked.as_ref() == Some(looked);
-            let line = ui.selectable_label(is_shown, label).on_hover_text(help);
-            if line.clicked() {
-                chosen = Some((!is_shown).then(|| looked.clone()));
-            }
-        }
         if let Some(error) = &self.error {
             ui.colored_label(super::panel::WARNING, error);
         }
+        egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+            for Entry { looked, label, help } in entries {
+                let is_shown = self.looked.as_ref() == Some(looked);
+                let line = ui.selectable_label(is_shown, label).on_hover_text(help);
+                if line.clicked() {
+                    chosen = Some((!is_shown).then(|| looked.clone()));
+                }
+            }
+        });
         if let Some(looked) = chosen {
             self.look_at(looked);
         }

@@ -24,6 +24,8 @@ use crate::style::layers::{LayerEdit, most_of_kind};
 
 /// Width of the names of parameters in points.
 const LABEL_WIDTH: f32 = 104.0;
+/// Number of frames in which a section is moved into view.
+const SHOWN_FRAMES: u8 = 3;
 /// Colour of the bar at the section that drew what was clicked on.
 const MARK: Color32 = Color32::from_rgb(255, 190, 90);
 
@@ -75,8 +77,9 @@ pub(super) struct Inspector {
     opens_all: Option<bool>,
     /// Key of the section that is marked, because it drew what was clicked on.
     selected: Option<String>,
-    /// Whether the marked section is to be opened and moved into view in the next frame.
-    shows_selected: bool,
+    /// Number of frames in which the marked section is still to be opened and moved into view: what is laid out for the
+    /// first time has its size in the frame after.
+    shows_selected: u8,
 }
 
 /// A file that is to be written.
@@ -104,7 +107,7 @@ impl Inspector {
         // A search would hide it.
         self.search.clear();
         self.selected = Some(key);
-        self.shows_selected = true;
+        self.shows_selected = SHOWN_FRAMES;
     }
 
     /// Returns the key of the section that is marked.
@@ -197,8 +200,8 @@ impl Inspector {
 
     fn sections(&mut self, ui: &mut Ui, document: &StyleDocument, edits: &mut Vec<Edit>) {
         let opens_all = self.opens_all.take();
-        // A section that was opened now has its size in the next frame.
-        let shows_selected = std::mem::take(&mut self.shows_selected);
+        let shows_selected = self.shows_selected > 0;
+        self.shows_selected = self.shows_selected.saturating_sub(1);
         let groups = groups(document.sections());
         let is_layer = |group: &&[Section]| matches!(group[0].place, Place::Layer { .. });
         let mut adds_layer = false;

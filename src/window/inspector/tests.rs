@@ -31,8 +31,12 @@ fn open(name: &str) -> Harness<'static, Bench> {
 }
 
 fn open_in(name: &str, size: egui::Vec2) -> Harness<'static, Bench> {
+    open_with(Inspector::default(), name, size)
+}
+
+fn open_with(inspector: Inspector, name: &str, size: egui::Vec2) -> Harness<'static, Bench> {
     let document = StyleDocument::open(name).unwrap();
-    let bench = Bench { inspector: Inspector::default(), document, said: Vec::new(), saves: 0 };
+    let bench = Bench { inspector, document, said: Vec::new(), saves: 0 };
     let harness = Harness::builder().with_size(size).with_max_steps(40);
     let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
         |ui, bench: &mut Bench| {
@@ -248,6 +252,10 @@ fn a_selected_layer_is_moved_into_view() {
         assert_eq!(harness.state().inspector.selected(), Some(key));
     }
     assert!(!is_visible(&harness, "Light: Wrap"), "another section is in view");
+    // The inspector is opened for it.
+    let mut inspector = Inspector::default();
+    inspector.select("light".to_owned());
+    assert!(is_visible(&open_with(inspector, "crosshatch", egui::vec2(700.0, 540.0)), "Light: Wrap"));
     // A search would hide the section.
     harness.get_by_label("Search parameters").click();
     harness.run();
