@@ -187,16 +187,15 @@ fn any_order_of_tiles_gives_the_same_picture() {
 /// Memory for fewer tiles than the views of the flight need.
 const TIGHT: u64 = 20 * SLOT_BYTES;
 
-/// It belongs to the long tier, because on some runs a frame has not ended after ten minutes: it goes on reading tiles.
 #[test]
 fn too_little_memory_gives_one_coarser_picture() {
-    if !common::full() {
-        return;
-    }
     let folder = tempfile::tempdir().unwrap();
     let land = measured(folder.path());
     let Some(mut easel) = Easel::new("ink") else { return };
-    let differing: usize = FLIGHT.chunks(1).map(|view| differing_orders(&mut easel, &land, TIGHT, view, 4)).sum();
+    // In each view, other tiles are there by chance when the error is raised.
+    let views = if common::full() { &[0, 1, 2, 3][..] } else { &[0, 3] };
+    let of_view = |i: &usize| differing_orders(&mut easel, &land, TIGHT, &FLIGHT[*i..=*i], 4);
+    let differing: usize = views.iter().map(of_view).sum();
     assert_eq!(differing, 0);
     // The tiles of earlier frames are still there, and make no difference either.
     let flight = poses(&land.1, &FLIGHT);

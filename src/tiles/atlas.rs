@@ -261,9 +261,14 @@ impl Atlas {
             .collect()
     }
 
-    /// Returns the tiles that were last needed in a frame.
-    pub(crate) fn needed_in(&self, frame: u64) -> impl Iterator<Item = TileAddress> {
-        let is_needed = move |resident: &Resident| self.uses[resident.slot as usize].last_needed.get() == frame;
+    /// Returns the number of slots that needed tiles may take: those that are free, or whose tiles are not protected.
+    pub(crate) fn replaceable(&self, protected: Protected) -> usize {
+        self.uses.iter().filter(|used| used.last_needed.get() < protected.needed_since).count()
+    }
+
+    /// Returns the tiles that were needed in a frame or after it.
+    pub(crate) fn needed_since(&self, frame: u64) -> impl Iterator<Item = TileAddress> {
+        let is_needed = move |resident: &Resident| self.uses[resident.slot as usize].last_needed.get() >= frame;
         self.used.iter().filter(move |(_, resident)| is_needed(resident)).map(|(address, _)| *address)
     }
 

@@ -11,10 +11,16 @@ use crate::pyramid::{LoadedTile, TileAddress};
 /// Bytes of a decoded tile: heights, statistics of its 256 patches, and occluder minima of its blocks.
 pub(crate) const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 64 * 64 * 4 + 256;
 
+/// The smallest number of tiles in a cache: tiles under the camera, one per level, must never evict each other.
+pub(crate) const LEAST: usize = 16;
+
 /// Decoded tiles, up to a number of bytes.
 pub(crate) struct TileCache {
     most: usize,
     tiles: FxHashMap<TileAddress, Entry>,
+    /// The number of the present pass: tiles used in an earlier one are evicted before those used in this one. Frames are
+    /// too coarse a measure, because a frame for a file makes many passes.
+    pass: u64,
 }
 
 struct Entry {
@@ -23,15 +29,21 @@ struct Entry {
 }
 
 impl TileCache {
-    /// Creates a cache of as many tiles as fit in `memory_bytes`, but at least one.
+    /// Creates a cache of as many tiles as fit in `memory_bytes`, but at least [`LEAST`].
     pub(crate) fn new(memory_bytes: u64) -> Self {
-        Self { most: (memory_bytes / TILE_BYTES).max(1) as usize, tiles: FxHashMap::default() }
+        let most = ((memory_bytes / TILE_BYTES) as usize).max(LEAST);
+        Self { most, tiles: FxHashMap::default(), pass: 0 }
     }
 
-    /// Returns a cached tile, and marks it as used in frame `frame`.
-    pub(crate) fn get(&mut self, address: TileAddress, frame: u64) -> Option<&Arc<LoadedTile>> {
+    /// Begins a new pass.
+    pub(crate) fn begin_pass(&mut self) {
+        self.pass += 1;
+    }
+
+    /// Returns a cached tile, and marks it as used in this pass.
+    pub(crate) fn get(&mut self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         let entry = self.tiles.get_mut(&address)?;
-        entry.last_used = entry.last_used.max(frame);
+        entry.last_used = self.pass;
         Some(&entry.tile)
     }
 
@@ -41,8 +53,8 @@ impl TileCache {
     }
 
     /// Adds a tile; the least recently used ones are removed if the cache is full.
-    pub(crate) fn insert(&mut self, address: TileAddress, tile: Arc<LoadedTile>, frame: u64) {
-        self.tiles.insert(address, Entry { tile, last_used: frame });
+    pub(crate) fn insert(&mut self, address: TileAddress, tile: Arc<LoadedTile>) {
+        self.tiles.insert(address, Entry { tile, last_used: self.pass });
         if self.tiles.len() > self.most {
             // A tenth at a time, so that one search serves many tiles.
             let mut ages: Vec<_> = self.tiles.iter().map(|(address, entry)| (entry.last_used, *address)).collect();

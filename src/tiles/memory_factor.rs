@@ -117,6 +117,7 @@ mod tests {
     /// Returns the tiles of a view that needs `tiles` of them at a factor of 1: half as many at twice the factor.
     fn view(tiles: f64, least: f64) -> Vec<Needed> {
         let tile = |i: usize| Needed {
+            is_certain: true,
             address: TileAddress { level: 0, x: i as u32, y: 0 },
             urgency: 1.0,
             factor: (tiles / (i as f64 + 1.0)) as f32,

@@ -45,6 +45,15 @@ pub(crate) struct Needed {
     /// Factor of the width of a pixel from which on the tile is not needed ([`super::memory_factor`]). At most the
     /// parent's factor.
     pub factor: f32,
+    /// Whether the statistics of all tiles above it are known; otherwise it may turn out that the view does not need it.
+    pub is_certain: bool,
+}
+
+impl Needed {
+    /// Returns a tile that is needed at every factor, because the mesh or a map requests it.
+    pub(super) fn requested(address: TileAddress, urgency: f32) -> Self {
+        Self { address, urgency, factor: 1.0, is_certain: true }
+    }
 }
 
 /// Cached bounds of tiles in the plane: the south-western and the north-eastern corner, in metres east and north.
@@ -99,7 +108,12 @@ pub(crate) fn needed<'a>(
     let top = levels.len() as u32 - 1;
     let is_measured = land.store.is_measured();
     let mut wave = vec![(
-        Needed { address: TileAddress { level: top, x: 0, y: 0 }, urgency: f32::MAX, factor: f32::MAX },
+        Needed {
+            address: TileAddress { level: top, x: 0, y: 0 },
+            urgency: f32::MAX,
+            factor: f32::MAX,
+            is_certain: true,
+        },
         land.store.range_m(),
         0.0,
     )];
@@ -124,7 +138,8 @@ pub(crate) fn needed<'a>(
             let (urgency, factor) = (below.urgency.min(tile.urgency), below.factor.min(tile.factor));
             let finer = children(levels, tile.address).filter(|child| land.store.has_tile(*child));
             let guessed_m = if guess > 0.0 { guess * error_m() } else { 0.0 };
-            next.extend(finer.map(|address| (Needed { address, urgency, factor }, range_m, guessed_m)));
+            let is_certain = tile.is_certain && statistics.is_some();
+            next.extend(finer.map(|address| (Needed { address, urgency, factor, is_certain }, range_m, guessed_m)));
         }
         wave = next;
     }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 pub(crate) use super::atlas::Arrival;
 use super::atlas::{Atlas, Snapshot, TileFacts};
@@ -58,6 +58,8 @@ pub(crate) struct ResidentPatches<'a> {
     pub store: &'a dyn TileStore,
     /// The tiles on the GPU.
     pub atlas: &'a Atlas,
+    /// The only tiles that may be used, if not all: others are on the GPU by chance.
+    pub only: Option<&'a FxHashSet<TileAddress>>,
     /// The current frame; a tile is marked as used in it when one of its patches is read.
     pub frame: u64,
     /// The time in seconds, for fading in; without it, nothing fades.
@@ -154,6 +156,12 @@ impl Patches for SnapshotPatches<'_> {
     fn request(&self, _: u32, _: u32, _: u32, _: f64) {}
 }
 
+impl ResidentPatches<'_> {
+    fn may_use(&self, tile: TileAddress) -> bool {
+        self.only.is_none_or(|only| only.contains(&tile))
+    }
+}
+
 impl Patches for ResidentPatches<'_> {
     fn size(&self) -> LevelSize {
         self.store.levels()[0]
@@ -165,7 +173,7 @@ impl Patches for ResidentPatches<'_> {
 
     fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
         of_tiles(self.store, j, x, y, |tile| {
-            let resident = self.atlas.want(tile, self.frame)?;
+            let resident = if self.may_use(tile) { self.atlas.want(tile, self.frame)? } else { return None };
             Some((&*resident.facts, resident.arrival()))
         })
     }
@@ -179,7 +187,7 @@ impl Patches for ResidentPatches<'_> {
     }
 
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
-        self.atlas.get(tile).map(|resident| &*resident.facts.occluder_minima)
+        self.atlas.get(tile).filter(|_| self.may_use(tile)).map(|resident| &*resident.facts.occluder_minima)
     }
 
     fn request(&self, j: u32, x: u32, y: u32, urgency: f64) {

@@ -39,7 +39,7 @@ mod tests {
     use super::*;
 
     fn tiles(columns: impl IntoIterator<Item = u32>) -> Vec<Needed> {
-        let tile = |x| Needed { address: TileAddress { level: 0, x, y: 0 }, urgency: 100.0 - x as f32, factor: 1.0 };
+        let tile = |x| Needed::requested(TileAddress { level: 0, x, y: 0 }, 100.0 - x as f32);
         columns.into_iter().map(tile).collect()
     }
 

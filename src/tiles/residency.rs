@@ -37,8 +37,6 @@ use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 /// Number of failures after which a tile counts as unreadable. It is retried nevertheless.
 const MAX_TRIES: u32 = 3;
-/// Urgency of tiles that only maps depend on: lower than that of all tiles that the surface needs.
-const MAP_URGENCY: f32 = 1e-3;
 
 /// The state of the tiles of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,6 +72,9 @@ pub(crate) struct Movement {
     pub frame_s: f64,
     /// Tiles that the mesh requests, with their urgency.
     pub requested: FxHashMap<TileAddress, f64>,
+    /// For a frame that waits for its tiles: the frame since which needed tiles keep their slots. Each pass over the tiles
+    /// counts as a frame.
+    pub needed_since: u64,
     /// Whether maps are computed, which depend on tiles next to the view.
     pub needs_map_neighbours: bool,
 }
@@ -126,6 +127,8 @@ pub(crate) struct Residency {
     missing_near: Vec<TileAddress>,
     /// The tiles that are missing for a smaller factor of the error, if there is room for them.
     missing_finer: Vec<TileAddress>,
+    /// The tiles that a file may turn out to need: they are read in advance, where there is plenty of memory.
+    uncertain: Vec<TileAddress>,
     /// Other foreseen tiles that are not on the GPU, in the order in which to load them.
     missing_soon: Vec<TileAddress>,
     /// The frame in which `foreseen` arrived.
@@ -182,6 +185,7 @@ impl Residency {
             foreseen: Arc::default(),
             missing_near: Vec::new(),
             missing_finer: Vec::new(),
+            uncertain: Vec::new(),
             missing_soon: Vec::new(),
             soon_since: 0,
             prefetcher: None,
@@ -285,6 +289,17 @@ impl Residency {
         self.needed.len() as f64 > if self.memory_factor() > 1.0 { FULL * slots } else { slots }
     }
 
+    /// Returns whether the view needs more than a quarter of the slots: then a file must not depend on tiles that are there
+    /// by chance, because those that its mesh requests may not fit.
+    pub(crate) fn is_tight(&self) -> bool {
+        !self.fits_all && 4 * self.needed.len() > self.atlas.slots() as usize
+    }
+
+    /// Returns the tiles that the view needs and `others`.
+    pub(crate) fn needed_and(&self, others: &FxHashSet<TileAddress>) -> FxHashSet<TileAddress> {
+        self.needed_set.union(others).copied().collect()
+    }
+
     /// Returns whether there are slots for the tiles that the view needs and for `others`.
     pub(crate) fn has_slots_for(&self, others: &FxHashSet<TileAddress>) -> bool {
         let more = others.iter().filter(|tile| !self.needed_set.contains(*tile)).count();
@@ -319,7 +334,7 @@ impl Residency {
         now_s: f64,
         fade_step_s: Option<f64>,
     ) -> Loaded {
-        self.take_finished(frame, now_s, fade_step_s.is_some());
+        self.take_finished(now_s, fade_step_s.is_some());
         let streams = fade_step_s.is_some();
         if let Some(view) = movement.rule.frusta.first() {
             self.turning.advance(view.forward(), now_s, movement.has_jumped);
@@ -336,10 +351,11 @@ impl Residency {
         } else {
             let (urgent, without_room) = self.most_urgent(movement);
             loaded.without_room = without_room;
-            (urgent, Protected { needed_since: frame, soon_since: frame })
+            let needed_since = if streams { frame } else { movement.needed_since };
+            (urgent, Protected { needed_since, soon_since: frame })
         };
-        let ground = self.ground_to_load(grid_projection.grid_from_world(movement.rule.camera_m.truncate()), frame);
-        let [request, offer, offer_soon] = self.sort_out(&ground, &urgent, frame, now_s);
+        let ground = self.ground_to_load(grid_projection.grid_from_world(movement.rule.camera_m.truncate()));
+        let [request, offer, offer_soon] = self.sort_out(&ground, &urgent, frame, now_s, protected);
         self.loader.want(&request);
         let upload = Upload { frame, now_s, frame_s: movement.frame_s };
         let sent = self.send(gpu, [&offer, &offer_soon], protected, upload);
@@ -359,7 +375,7 @@ impl Residency {
         }
         let is_missing_for_maps = |tile: &&TileAddress| self.atlas.get(**tile).is_none() && self.can_be_read(**tile);
         let missing_of_maps = self.map_neighbours.iter().filter(is_missing_for_maps).count() as u64;
-        loaded.pending += if streams { missing_of_maps } else { 0 };
+        loaded.pending += missing_of_maps;
         if !streams {
             let is_coming = |tile: &&TileAddress| self.cache.peek(**tile).is_none() && self.can_be_read(**tile);
             loaded.pending += ground.iter().filter(is_coming).count() as u64;

@@ -127,7 +127,10 @@ impl Residency {
             self.needed_set = self.needed.iter().map(|tile| tile.address).collect();
         }
         // At rest, the tiles for maps get all slots that are left over: those that the mesh does not keep.
-        let of_mesh = (is_exact && streams && !self.fits_all).then(|| self.kept_by_mesh(frame));
+        let of_mesh = (is_exact && !self.fits_all).then(|| match streams {
+            true => self.kept_by_mesh(frame.saturating_sub(1)),
+            false => self.kept_by_mesh(movement.needed_since) + self.missing_of_mesh(movement),
+        });
         let finds_neighbours = !is_same || of_mesh.is_some() && movement.needs_map_neighbours;
         let has_changed =
             finds_neighbours && self.find_map_neighbours(movement.needs_map_neighbours, is_exact, of_mesh.unwrap_or(0));
@@ -138,6 +141,9 @@ impl Residency {
         if streams {
             self.mark_needed(before_set.as_ref(), frame);
             self.look_ahead(grid_projection, movement, is_exact, frame, now_s);
+        } else {
+            let missing = self.map_neighbours.iter().filter(|tile| !self.atlas.want_soon(**tile, frame));
+            self.missing_soon = missing.copied().collect();
         }
         self.found = Some(Found {
             rule,
@@ -177,6 +183,13 @@ impl Residency {
         let land = Land { store: &*self.store, grid_projection };
         let known = |address| self.atlas.get(address).map(|resident| resident.statistics());
         let mut all = needed(&land, &mut self.tile_bounds, known, &rule, 0.0);
+        if !streams && !self.fits_all {
+            // The order in which tiles come must not decide whether they fit into memory.
+            let has_plenty = 2 * all.len() <= self.atlas.slots() as usize;
+            let uncertain = all.iter().filter(|tile| has_plenty && !tile.is_certain).map(|tile| tile.address);
+            self.uncertain = uncertain.collect();
+            all.retain(|tile| tile.is_certain);
+        }
         if streams && !self.fits_all {
             all.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * least).min(1e30) as f32);
             let slots = self.atlas.slots() as usize;
@@ -219,10 +232,16 @@ impl Residency {
         is_needed(&land, &mut self.tile_bounds, &rule, (parent, of_parent), factor)
     }
 
-    /// Returns the number of tiles that the mesh of the frame before used and that the view does not need: they keep their
+    /// Returns the number of tiles that the mesh has used since a frame and that the view does not need: they keep their
     /// slots.
-    fn kept_by_mesh(&self, frame: u64) -> usize {
-        self.atlas.needed_in(frame.saturating_sub(1)).filter(|tile| !self.needed_set.contains(tile)).count()
+    fn kept_by_mesh(&self, since: u64) -> usize {
+        self.atlas.needed_since(since).filter(|tile| !self.needed_set.contains(tile)).count()
+    }
+
+    /// Returns the number of tiles that only the mesh requests and that are not on the GPU.
+    fn missing_of_mesh(&self, movement: &Movement) -> usize {
+        let is_missing = |tile: &&TileAddress| !self.needed_set.contains(*tile) && self.atlas.get(**tile).is_none();
+        movement.requested.keys().filter(is_missing).count()
     }
 
     /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots besides those that the mesh keeps

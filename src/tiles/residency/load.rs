@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use rustc_hash::FxHashSet;
 
-use super::{Failure, MAP_URGENCY, MAX_TRIES, Movement, Residency};
+use super::{Failure, MAX_TRIES, Movement, Residency};
 use crate::gpu::Gpu;
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress};
 use crate::tiles::atlas::{Protected, Upload};
@@ -28,7 +28,7 @@ impl Residency {
         self.missing.retain(|tile| atlas.want(tile.address, frame).is_none());
         let mut missing = self.missing.clone();
         let of_mesh = |(address, urgency): (&TileAddress, &f64)| {
-            let tile = Needed { address: *address, urgency: *urgency as f32, factor: 1.0 };
+            let tile = Needed::requested(*address, *urgency as f32);
             (!self.needed_set.contains(address)).then_some(tile)
         };
         let mut requested = in_order(movement.requested.iter().filter_map(of_mesh).collect());
@@ -45,13 +45,8 @@ impl Residency {
     /// without a slot.
     pub(super) fn most_urgent(&self, movement: &Movement) -> (Vec<Needed>, u64) {
         let mut urgent = self.needed.clone();
-        urgent.extend((movement.requested.iter()).map(|(address, urgency)| Needed {
-            address: *address,
-            urgency: *urgency as f32,
-            factor: 1.0,
-        }));
-        let of_maps = |address: &TileAddress| Needed { address: *address, urgency: MAP_URGENCY, factor: 1.0 };
-        urgent.extend(self.map_neighbours.iter().map(of_maps));
+        let of_mesh = movement.requested.iter().map(|(address, urgency)| Needed::requested(*address, *urgency as f32));
+        urgent.extend(of_mesh);
         most_urgent(urgent, self.atlas.slots() as usize)
     }
 
@@ -62,10 +57,10 @@ impl Residency {
 
     /// Returns the tiles under the camera that are on the GPU but not in memory: the height of the ground is computed
     /// from them. Those in memory stay there.
-    pub(super) fn ground_to_load(&mut self, camera: DVec2, frame: u64) -> Vec<TileAddress> {
+    pub(super) fn ground_to_load(&mut self, camera: DVec2) -> Vec<TileAddress> {
         let under: Vec<TileAddress> = self.under(camera).collect();
         let is_on_gpu_only = |tile: &TileAddress| {
-            let is_in_memory = self.cache.get(*tile, frame).is_some();
+            let is_in_memory = self.cache.get(*tile).is_some();
             !is_in_memory && self.atlas.get(*tile).is_some()
         };
         under.into_iter().filter(is_on_gpu_only).collect()
@@ -75,13 +70,14 @@ impl Residency {
         self.failures.get(&tile).is_none_or(|failure| failure.tries < MAX_TRIES)
     }
 
-    pub(super) fn take_finished(&mut self, frame: u64, now_s: f64, streams: bool) {
+    pub(super) fn take_finished(&mut self, now_s: f64, streams: bool) {
+        self.cache.begin_pass();
         for (address, tile) in self.loader.take() {
             match tile {
                 Ok(tile) => {
                     self.hits.read += 1;
                     self.failures.remove(&address);
-                    self.cache.insert(address, tile, frame);
+                    self.cache.insert(address, tile);
                 }
                 Err(PyramidError::Cancelled) => {}
                 Err(error) => self.fail(address, error, now_s, streams),
@@ -114,23 +110,25 @@ impl Residency {
     }
 
     /// Returns the tiles to request, the needed ones to upload to the GPU, and those to upload because they are needed
-    /// soon.
+    /// soon. Urgent tiles beyond the slots that they may take are left out: if they were read, they would evict each other
+    /// from the memory for decoded tiles, and would be read again, for ever.
     pub(super) fn sort_out(
         &mut self,
         ground: &[TileAddress],
         urgent: &[Needed],
         frame: u64,
         now_s: f64,
+        protected: Protected,
     ) -> [Vec<TileAddress>; 3] {
         let [mut request, mut offer, mut offer_soon] = [const { Vec::new() }; 3];
         let Self { atlas, cache, failures, .. } = self;
         let may_request = |tile: &TileAddress| failures.get(tile).is_none_or(|failure| failure.next_s <= now_s);
         request.extend(ground.iter().copied().filter(may_request));
-        for tile in urgent.iter().map(|tile| tile.address) {
-            if atlas.want(tile, frame).is_some() {
-                continue;
-            }
-            if cache.get(tile, frame).is_some() {
+        let is_missing = |tile: &TileAddress| atlas.want(*tile, frame).is_none();
+        let missing: Vec<TileAddress> = urgent.iter().map(|tile| tile.address).filter(is_missing).collect();
+        let room = if missing.is_empty() { 0 } else { atlas.replaceable(protected) };
+        for tile in missing.into_iter().take(room) {
+            if cache.get(tile).is_some() {
                 offer.push(tile);
             } else if may_request(&tile) {
                 request.push(tile);
@@ -140,15 +138,17 @@ impl Residency {
         let met: FxHashSet<TileAddress> = urgent.iter().map(|tile| tile.address).collect();
         self.missing_near.retain(|tile| atlas.want(*tile, frame).is_none());
         for tile in self.missing_near.iter().copied().filter(|tile| !met.contains(tile)) {
-            if cache.get(tile, frame).is_some() {
+            if cache.get(tile).is_some() {
                 offer.push(tile);
             } else if may_request(&tile) {
                 request.push(tile);
             }
         }
+        let is_not_read = |tile: &TileAddress| atlas.get(*tile).is_none() && cache.peek(*tile).is_none();
+        request.extend(self.uncertain.iter().copied().filter(|tile| is_not_read(tile) && may_request(tile)));
         self.missing_soon.retain(|tile| atlas.get(*tile).is_none());
         for tile in self.missing_soon.iter().copied().filter(|tile| !met.contains(tile)) {
-            if cache.get(tile, frame).is_some() {
+            if cache.get(tile).is_some() {
                 if offer_soon.len() < MAX_SOON_UPLOADS {
                     offer_soon.push(tile);
                 }

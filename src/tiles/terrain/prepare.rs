@@ -20,6 +20,7 @@ use crate::scene::frustum::Frustum;
 use crate::tiles::budget::{Budget, Search, max_patches};
 use crate::tiles::needed::LevelRule;
 use crate::tiles::page_table::{PageTable, TableVersion};
+use crate::tiles::patch_tree::PatchTree;
 use crate::tiles::patches::ResidentPatches;
 use crate::tiles::residency::{Loaded, Movement};
 use crate::tiles::select::select_in;
@@ -91,6 +92,18 @@ impl Default for Detail {
     fn default() -> Self {
         Self { error_px: 0.0, is_over_budget: false, memory_factor: 1.0 }
     }
+}
+
+/// The tiles that the mesh of a file asks for, at one error.
+#[derive(Default)]
+struct OfMesh {
+    /// All tiles that it has used or requested.
+    all: FxHashSet<TileAddress>,
+    /// All tiles that it has requested.
+    requested: FxHashSet<TileAddress>,
+    /// Whether it uses only tiles that it has requested or that the view needs: whether they fit must not depend on those
+    /// that are there by chance.
+    is_strict: bool,
 }
 
 /// The selection of a frame and its accuracy, before the buffers are written.
@@ -182,8 +195,9 @@ impl Terrain {
         let mut tiles = Loaded::default();
         let mut idle = 0;
         let mut rounds = 0;
-        // All tiles that the mesh of a file has used or requested at this error.
-        let mut of_mesh: FxHashSet<TileAddress> = FxHashSet::default();
+        let mut of_mesh = OfMesh::default();
+        // The frame in which the present attempt to draw a file began.
+        let mut begun_in = self.frame;
         if !streams {
             self.residency.set_memory_factor(1.0);
         }
@@ -197,15 +211,17 @@ impl Terrain {
                 has_jumped: step.has_jumped(),
                 frame_s: step.elapsed_s,
                 requested,
+                needed_since: begun_in,
                 needs_map_neighbours,
             };
+            self.frame += u64::from(!streams);
             let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
             if !streams && self.residency.is_short_of_slots() && raised < MAX_RAISE {
                 self.raise_error();
-                of_mesh.clear();
-                (idle, rounds) = (0, 0);
+                of_mesh = OfMesh::default();
+                (idle, rounds, begun_in) = (0, 0, self.frame);
                 continue;
             }
             // With an unreadable tile there will be no picture, so there is no reason to wait.
@@ -232,19 +248,26 @@ impl Terrain {
                 (false, _) => &[Search::Roughly, Search::Exactly],
             };
             let (mut must_repeat, mut must_raise) = (false, false);
+            if waits && !of_mesh.is_strict && self.residency.is_tight() {
+                of_mesh = self.strict_mesh();
+            }
             for search in searches {
-                let selected = selection.insert(self.select(view, fades.then_some(now_s), *search));
+                let only = of_mesh.is_strict.then(|| self.residency.needed_and(&of_mesh.requested));
+                let selected = selection.insert(self.select(view, fades.then_some(now_s), *search, only.as_ref()));
                 if waits {
-                    of_mesh.extend(self.requested.keys());
-                    add_tiles_of(selected, self.store.levels().len() as u32, &mut of_mesh);
+                    of_mesh.requested.extend(self.requested.keys());
+                    of_mesh.all.extend(self.requested.keys());
+                    add_tiles_of(selected, self.store.levels().len() as u32, &mut of_mesh.all);
                     // Tiles for which there is no slot would take each other's.
-                    must_raise = raised < MAX_RAISE && !self.residency.has_slots_for(&of_mesh);
+                    must_raise = raised < MAX_RAISE && !self.residency.has_slots_for(&of_mesh.all);
                     if must_raise {
                         break;
                     }
                 }
-                let can_still_come = || self.requested.keys().any(|tile| self.residency.can_come(*tile));
-                must_repeat = waits && idle < 3 && rounds < MAX_ROUNDS && can_still_come();
+                // A strict mesh does not know tiles that are there before it has requested them.
+                let is_unknown = |tile: &TileAddress| only.as_ref().is_some_and(|only| !only.contains(tile));
+                let can_come = |tile: &TileAddress| is_unknown(tile) || self.residency.can_come(*tile);
+                must_repeat = waits && idle < 3 && rounds < MAX_ROUNDS && self.requested.keys().any(can_come);
                 // A factor of 1 is exact.
                 if must_repeat || self.coarser == 1.0 {
                     break;
@@ -252,9 +275,14 @@ impl Terrain {
             }
             rounds += 1;
             if must_raise {
-                self.raise_error();
-                of_mesh.clear();
-                (idle, rounds) = (0, 0);
+                if of_mesh.is_strict {
+                    self.raise_error();
+                    of_mesh = OfMesh::default();
+                } else {
+                    self.begin_again();
+                    of_mesh = self.strict_mesh();
+                }
+                (idle, rounds, begun_in) = (0, 0, self.frame);
                 continue;
             }
             let Some(selection) = selection.filter(|_| !must_repeat) else {
@@ -286,11 +314,31 @@ impl Terrain {
     /// Raises the error of a file because memory is too small for its tiles.
     fn raise_error(&mut self) {
         self.residency.set_memory_factor(self.residency.memory_factor() * RAISE);
+        self.begin_again();
+    }
+
+    /// Begins a frame for a file again. What follows counts as another frame: tiles that only the attempt before needed
+    /// lose their slots, whatever the order in which they came.
+    fn begin_again(&mut self) {
+        self.frame += 1;
         self.requested.clear();
     }
 
-    /// Selects the patches within the frame's budget; tiles that they miss are requested in the next frame.
-    fn select(&mut self, view: &TerrainView, now_s: Option<f64>, search: Search) -> Selection {
+    fn strict_mesh(&mut self) -> OfMesh {
+        // The quadtree has the patches of all tiles on the GPU.
+        self.tree = PatchTree::default();
+        OfMesh { is_strict: true, ..OfMesh::default() }
+    }
+
+    /// Selects the patches within the frame's budget, from the tiles `only` or from all; tiles that they miss are requested
+    /// in the next frame.
+    fn select(
+        &mut self,
+        view: &TerrainView,
+        now_s: Option<f64>,
+        search: Search,
+        only: Option<&FxHashSet<TileAddress>>,
+    ) -> Selection {
         let camera_m = view.camera_m;
         let ground = self.residency.ground(self.grid_projection.grid_from_world(camera_m.truncate()));
         // A camera outside of the land can see it from below. Over land that is known roughly, a camera counts as above
@@ -322,7 +370,7 @@ impl Terrain {
         let (((selection, skyline), requested), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
             // The requests of a selection that exceeded the budget are dropped.
-            let patches = ResidentPatches { store, atlas, frame, now_s, requested: RefCell::default() };
+            let patches = ResidentPatches { store, atlas, only, frame, now_s, requested: RefCell::default() };
             let selected = select_in(tree, &patches, grid_projection, anchor, &viewpoint, most, false)?;
             Some((selected, patches.requested.into_inner()))
         });
