@@ -11,7 +11,7 @@ use crate::style::{Style, StyleError};
 /// The controls of a document.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Controls {
-    /// What is saved; at the position 0 a parameter has its value.
+    /// The saved style: at the position 0 of a control, each parameter has its value in it.
     saved: Option<Saved>,
     /// The position of each control.
     positions: [i8; 5],

@@ -11,7 +11,7 @@ use toml_edit::{Array, Value};
 use super::parameters::{Definition, shortest};
 use super::{Color, Style, Tone};
 
-/// A control.
+/// One of the five controls of a style: a rule that changes several parameters together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Control {
     /// How many lines and marks there are.

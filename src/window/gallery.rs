@@ -175,7 +175,7 @@ impl Gallery {
     }
 }
 
-/// What a cell of the gallery shows.
+/// The content of a cell of the gallery.
 #[derive(Clone, Copy)]
 struct Cell {
     style: usize,

@@ -40,14 +40,14 @@ pub(super) enum Reaction {
     Do(Action),
 }
 
-/// What a drag of the mouse does.
+/// The motion that a drag of the mouse causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum DragKind {
-    /// Look around.
+    /// The camera turns on the spot.
     Look,
-    /// Turn about the place under the cursor.
+    /// The camera turns about the place under the cursor.
     Orbit,
-    /// Move the place under the cursor.
+    /// The place under the cursor moves with it.
     Pan,
 }
 

@@ -10,7 +10,7 @@ use crate::source::EarthPlace;
 
 /// Side of the light rose, in points.
 const ROSE: f32 = 104.0;
-/// Days of the months of a year that is no leap year.
+/// The number of days in each month of a common year.
 const MONTHS: [u32; 12] = [31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31];
 
 /// The state of the controls that is not a setting of the picture.

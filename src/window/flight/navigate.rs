@@ -23,7 +23,7 @@ const SAME_PX: f64 = 1.5;
 /// Pitch from which a place is looked at that is gone to, if the camera looks higher.
 const GO_TO_PITCH_DEG: f64 = -25.0;
 
-/// What waits for the place under the cursor.
+/// An action that waits for the place under the cursor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Wish {
     /// Zoom by notches of the wheel.

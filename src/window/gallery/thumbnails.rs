@@ -39,7 +39,7 @@ pub(in crate::window) trait Textures {
     fn unregister(&mut self, id: egui::TextureId);
 }
 
-/// What a thumbnail shows.
+/// The contents of a thumbnail; thumbnails of equal subjects are equal.
 #[derive(Clone, Debug, PartialEq)]
 struct Subject {
     style: Style,
