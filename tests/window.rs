@@ -121,7 +121,8 @@ fn settled(display: &Display, folder: &Path) -> Picture {
 
 fn hachure(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
-    command.current_dir(folder).env("HACHURE_CACHE", folder.join("cache")).env_remove("WAYLAND_DISPLAY");
+    command.current_dir(folder).env("HACHURE_CACHE", folder.join("cache"));
+    command.env("HACHURE_CONFIG", folder.join("config")).env_remove("WAYLAND_DISPLAY");
     command.env_remove("WAYLAND_SOCKET").env_remove("RUST_LOG");
     // Settings of the user must not change what is tested, and the sentences of the first start cover the picture.
     let settings = folder.join("config/settings.toml");

@@ -26,7 +26,7 @@ use super::progress::Bar;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
-use super::{inputs, path_world, print, print_json};
+use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::file::unnamed;
 use crate::frame::Antialias;
@@ -41,7 +41,7 @@ use crate::measure::statistics::{RunFrames, is_frames_csv, write_frames_csv};
 use crate::scene::path::CameraPath;
 use crate::scene::ranges;
 use crate::source::Progress;
-use crate::world::{self, OpenWorld};
+use crate::world::{self, OpenWorld, path_fit};
 
 /// Largest number of a run's frames that are compared with the full-resolution heights.
 const CHECKED_FRAMES: usize = 32;
@@ -128,7 +128,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     let path_text = arguments::camera_path(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = args.world.scene()?;
-    path_world::check_name(&args.path, args.world.name(), &scene.world)?;
+    path_fit::check_name(&args.path, args.world.name(), &scene.world)?;
     let mut inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
     let baseline = args.compare.as_deref().map(Baseline::read).transpose()?;
     for path in args.compare.iter().flat_map(|path| [path.clone(), path.with_file_name("frames.csv")]) {
@@ -146,7 +146,9 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
     runs[0].world.ground_was_read()?;
-    path_world::check_places(&args.path, &path_text, &runs[0].world)?;
+    path_fit::check_places(&args.path, &path_text, &runs[0].world.surfaces.terrain.ground_heights())?
+        .iter()
+        .for_each(|warning| tracing::warn!("{warning}"));
     if let Some(first) = path.frames(1.0).next() {
         runs.iter_mut().for_each(|run| args.world.light.place_sun(&mut run.world.scene.sun, &first));
     }

@@ -8,7 +8,6 @@ pub(crate) mod height_args;
 pub(crate) mod info;
 pub(crate) mod fly;
 mod inputs;
-mod path_world;
 pub(crate) mod place_args;
 pub mod log;
 pub(crate) mod light_args;

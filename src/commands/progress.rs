@@ -1,4 +1,6 @@
 //! Progress of long work: a bar on a terminal, otherwise lines of text.
+//!
+//! A program that runs hachure, such as the export dialog of a window, may read it ([`progress_lines`]).
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
@@ -6,17 +8,22 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::file::standard;
+use crate::file::{progress_lines, standard};
 use crate::source::Progress;
 
 /// Time between two lines of progress where standard error is not a terminal.
 const BETWEEN_LINES: Duration = Duration::from_secs(30);
+
+/// Time between two lines for a program.
+const BETWEEN_REPORTS: Duration = Duration::from_millis(100);
 
 /// A progress bar on standard error. Where that is not a terminal, it prints a line from time to time for work measured
 /// in samples, and nothing for other work.
 pub(crate) struct Bar {
     bar: ProgressBar,
     samples: Option<u64>,
+    /// Whether a program reads the progress.
+    is_read: bool,
     state: Mutex<State>,
 }
 
@@ -45,7 +52,13 @@ impl Bar {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
         let now = Instant::now();
-        Self { bar, samples, state: Mutex::new(State { what: String::new(), start: (now, 0.0), last_line: now }) }
+        let is_read = progress_lines::are_read();
+        Self {
+            bar,
+            samples,
+            is_read,
+            state: Mutex::new(State { what: String::new(), start: (now, 0.0), last_line: now }),
+        }
     }
 }
 
@@ -54,7 +67,12 @@ impl Progress for Bar {
         // A poisoned lock only means that another report panicked; the text is still valid.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
-        if state.what != what {
+        let is_new = state.what != what;
+        if self.is_read && (is_new || now - state.last_line > BETWEEN_REPORTS) {
+            state.last_line = now;
+            standard::print_to_stderr(&progress_lines::line(what, done));
+        }
+        if is_new {
             what.clone_into(&mut state.what);
             state.start = (now, done);
             self.bar.reset();
@@ -70,7 +88,7 @@ impl Progress for Bar {
         }
         let millions = share * samples as f64 / seconds / 1e6;
         self.bar.set_prefix(format!("{millions:.1} M samples/s, "));
-        if now - state.last_line > BETWEEN_LINES && !std::io::stderr().is_terminal() {
+        if !self.is_read && now - state.last_line > BETWEEN_LINES && !std::io::stderr().is_terminal() {
             state.last_line = now;
             let left = Duration::from_secs_f64((seconds / share * f64::from(1.0 - done)).clamp(0.0, 1e9));
             let left = indicatif::HumanDuration(left);

@@ -26,7 +26,6 @@ use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
 use super::arguments;
 use super::misuse::Misuse;
-use super::path_world;
 use super::place_args::{LookArgs, MapPlaceArgs};
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
@@ -50,7 +49,7 @@ use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
-use crate::world::{self, OpenWorld, WorldError};
+use crate::world::{self, OpenWorld, WorldError, path_fit};
 
 /// Arguments of `render`.
 #[derive(Clone, Debug, Args)]
@@ -310,7 +309,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     // Read only once: it may be a pipe.
     let flight = args.path.as_deref().map(arguments::camera_path).transpose()?;
     if let (Some(name), Some(flight)) = (&args.path, &flight) {
-        path_world::check_name(name, args.world.name(), &scene.world)?;
+        path_fit::check_name(name, args.world.name(), &scene.world)?;
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
@@ -359,9 +358,12 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         clock,
         camera,
         imprint,
+        drawing: job::Drawing::default(),
     };
     if let (Some(name), Some(flight)) = (&args.path, &job.flight) {
-        path_world::check_places(name, flight, &job.world)?;
+        path_fit::check_places(name, flight, &job.world.surfaces.terrain.ground_heights())?
+            .iter()
+            .for_each(|warning| tracing::warn!("{warning}"));
     }
     let cameras = job.cameras()?;
     args.world.light.place_sun(&mut job.world.scene.sun, &cameras[0]);

@@ -24,6 +24,7 @@ pub(crate) mod pattern;
 pub(crate) mod pdf;
 pub mod png;
 mod process;
+pub(crate) mod progress_lines;
 pub(crate) mod random_access;
 pub(crate) mod standard;
 pub(crate) mod stl;

@@ -88,7 +88,8 @@ pub enum PlaneSource {
 }
 
 /// Names of the channels of `--aov`.
-const CHANNELS: [&str; 9] = ["depth", "position", "normal", "surface", "motion", "lsa", "strokes", "tone", "hatch"];
+pub(crate) const CHANNELS: [&str; 9] =
+    ["depth", "position", "normal", "surface", "motion", "lsa", "strokes", "tone", "hatch"];
 
 /// Why a list of channels cannot be written.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]

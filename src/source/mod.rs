@@ -78,6 +78,7 @@ mod world_mapping;
 mod xyz;
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 pub use earth_place::EarthPlace;
 pub use encoding::{Encoding, HeightUnit, TileRows};
@@ -115,7 +116,14 @@ pub struct HeightGrid {
 pub trait Progress: Sync {
     /// Reports that `what` is in progress; `done` runs from 0 to 1. Called now and then, from any thread.
     fn report(&self, what: &str, done: f32);
+
+    /// Returns whether the work is to stop. A bake then ends with an error; what it needs to continue stays.
+    fn stop(&self) -> &AtomicBool {
+        &NEVER
+    }
 }
+
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// Ignores progress reports.
 pub struct Silent;

@@ -1,14 +1,8 @@
 //! The favourite styles of the user, in the settings file.
-//!
-//! The settings file is `settings.toml` in the folder that `HACHURE_CONFIG` names, otherwise in the system's folder for
-//! hachure's configuration. Keys and comments that this version does not know are kept.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use toml_edit::{Array, DocumentMut, Item, Value};
-
-use crate::file::atomic;
-use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use super::settings_file;
 
 /// Number of favourites: the digits from 1 to 9.
 pub(crate) const COUNT: usize = 9;
@@ -29,7 +23,7 @@ impl Favourites {
     /// Reads the favourites of the user. Without a settings file, or with one that cannot be read, they are a choice of
     /// presets.
     pub(crate) fn open() -> Self {
-        Self::of_file(settings_file())
+        Self::of_file(settings_file::path())
     }
 
     /// Returns favourites that have no file.
@@ -40,9 +34,9 @@ impl Favourites {
 
     fn of_file(path: Option<PathBuf>) -> Self {
         let mut names = FIRST.map(str::to_owned);
-        if let Some(list) = path.as_deref().and_then(document).as_ref().and_then(|it| it.get(KEY)?.as_array()) {
+        if let Some(list) = path.as_deref().and_then(|path| settings_file::list(path, KEY)) {
             for (place, name) in names.iter_mut().enumerate() {
-                *name = list.get(place).and_then(Value::as_str).unwrap_or_default().to_owned();
+                *name = list.get(place).cloned().unwrap_or_default();
             }
         }
         Self { path, names }
@@ -68,30 +62,8 @@ impl Favourites {
             name.clone_into(place);
         }
         let Some(path) = &self.path else { return Ok(()) };
-        let mut document = document(path).unwrap_or_default();
-        let list: Array = self.names.iter().map(String::as_str).collect();
-        // A comment above the key stays.
-        match document.get_mut(KEY) {
-            Some(there) => *there = Item::Value(list.into()),
-            None => _ = document.insert(KEY, Item::Value(list.into())),
-        }
-        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        let written = written.and_then(|()| atomic::write(path, document.to_string().as_bytes()));
-        written.map_err(|error| format!("{}: cannot write the settings: {error}", path.display()))
+        settings_file::set_list(path, KEY, self.names.iter().map(String::as_str))
     }
-}
-
-/// Returns the path of the settings file.
-pub(crate) fn settings_file() -> Option<PathBuf> {
-    let given = std::env::var_os("HACHURE_CONFIG").filter(|folder| !folder.is_empty()).map(PathBuf::from);
-    let own = || Some(directories::ProjectDirs::from("", "", "hachure")?.config_dir().to_owned());
-    Some(given.or_else(own)?.join("settings.toml"))
-}
-
-/// Reads the settings file; `None` if there is none, or no valid one.
-pub(crate) fn document(path: &Path) -> Option<DocumentMut> {
-    let text = read_text(path, LARGEST_STYLE_BYTES).ok()?;
-    text.parse().inspect_err(|error| tracing::warn!("{}: {error}", path.display())).ok()
 }
 
 #[cfg(test)]
@@ -99,6 +71,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
     use super::*;
+    use crate::file::atomic;
 
     #[test]
     fn favourites_outlive_a_run_and_other_settings_stay() {

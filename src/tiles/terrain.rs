@@ -122,6 +122,31 @@ impl Clock {
     }
 }
 
+/// The ground heights of a terrain, read on demand.
+pub(crate) struct GroundHeights {
+    ground: Ground,
+    grid_projection: GridProjection,
+    lowest_m: f64,
+}
+
+impl GroundHeights {
+    /// Returns the smallest and the largest east and north, in metres.
+    pub(crate) fn corners_m(&self) -> [DVec2; 2] {
+        self.grid_projection.extent_m()
+    }
+
+    /// Returns the ground height in metres at a place; in holes and outside, the lowest height. The call may read a file.
+    pub(crate) fn height_m(&self, east_m: f64, north_m: f64) -> f64 {
+        let grid = self.grid_projection.grid_from_world(DVec2::new(east_m, north_m));
+        self.ground.height_m(grid.x, grid.y).unwrap_or(self.lowest_m)
+    }
+
+    /// Returns the reason why a tile could not be read, if one could not.
+    pub(crate) fn failure(&self) -> Option<Arc<PyramidError>> {
+        self.ground.failure()
+    }
+}
+
 /// The terrain of a world: its tiles on the GPU, and the data by which the shaders find them, from frame to frame.
 pub struct Terrain {
     store: Arc<dyn TileStore>,
@@ -277,6 +302,12 @@ impl Terrain {
     /// Returns the reason why a tile of a picture or of the ground could not be read, or `None` if all could.
     pub fn failure(&self) -> Option<Arc<PyramidError>> {
         self.residency.failure().cloned().or_else(|| self.ground.failure())
+    }
+
+    /// Returns the ground heights by places in the world, for another thread. They share no tiles with the terrain.
+    pub(crate) fn ground_heights(&self) -> GroundHeights {
+        let ground = Ground::new(Arc::clone(&self.store));
+        GroundHeights { ground, grid_projection: self.grid_projection.clone(), lowest_m: self.range_m()[0].into() }
     }
 
     /// Returns the ground heights by grid coordinates of level 0.

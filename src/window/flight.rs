@@ -7,11 +7,13 @@
 
 mod controls;
 mod edits;
+mod exports;
 mod gallery;
 mod land;
 mod looked;
 mod navigate;
 mod touch;
+mod worlds;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -24,8 +26,11 @@ use winit::window::Window;
 use self::controls::TOAST;
 use self::navigate::Navigation;
 use self::touch::Touch;
+use super::browse::Browser;
 use super::cost::{self, CostStats, Traffic};
 use super::dock::{Dock, Pane};
+use super::export::run::Run;
+use super::export::{self, ExportDialog};
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::gallery::Gallery;
 use super::gallery::thumbnails::Thumbnails;
@@ -33,9 +38,12 @@ use super::input::Input;
 use super::inside::Inside;
 use super::inspector::{Inspector, Shown as InspectorShown};
 use super::light::LightPanel;
+use super::open_dialog::OpenDialog;
 use super::opening::{self, Parts};
+use super::other_world::OtherWorld;
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
+use super::path_flight::{PathFlight, Reading};
 use super::pictures::Pictures;
 use super::places::Places;
 use super::questions::Questions;
@@ -47,22 +55,25 @@ use super::statistics::{FrameTimes, PassTimes};
 use super::status;
 use super::toasts::{self, About, Toasts};
 use super::welcome;
-use super::{FlightOptions, FlightWorld, WindowError};
+use super::{FlightOptions, FlightWorld, WindowError, works};
 use crate::composite::PICTURE;
 use crate::composite::present::Shown;
 use crate::file::{FileError, standard};
 use crate::frame::{Light, Renderer};
 use crate::gpu::Gpu;
+use crate::gpu::device::AdapterWish;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
 use crate::lines::strokes::AsyncStrokeNumbers;
 use crate::scene::SceneFocus;
 use crate::scene::anaglyph::Glasses;
+use crate::scene::reach::Reach;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, View};
 use crate::source::EarthPlace;
 use crate::studio::favourites::Favourites;
 use crate::studio::folder::StyleSearch;
+use crate::studio::recent::Recent;
 use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
 use crate::style::Style;
@@ -92,7 +103,11 @@ pub(super) struct Flight {
     overlay: Overlay,
     screen: Screen,
     renderer: Option<Renderer>,
+    /// The renderer of another land, whose picture is shown until the first one of this land is drawn.
+    former: Option<Renderer>,
     world: FlightWorld,
+    /// The world that is being opened.
+    opening: Option<OtherWorld>,
     gpu: Gpu,
     window: Arc<Window>,
     adapter: String,
@@ -104,6 +119,21 @@ pub(super) struct Flight {
     light_panel: LightPanel,
     /// The land with another exaggeration, while it is being read.
     reopening: Option<Reopening>,
+    /// The camera path that is being read, and the one that is flown.
+    reading: Option<Reading>,
+    path_flight: Option<PathFlight>,
+    open_dialog: OpenDialog,
+    export_dialog: ExportDialog,
+    /// The exports that run.
+    exports: Vec<Run>,
+    /// The GPU that was asked for.
+    wish: AdapterWish,
+    browser: Browser,
+    recent: Recent,
+    /// Files that were dropped since the last frame.
+    dropped: Vec<PathBuf>,
+    /// Which files a scene may name.
+    reach: Reach,
     /// Wakes the event loop from other threads.
     proxy: EventLoopProxy<()>,
     settings: Settings,
@@ -214,6 +244,18 @@ impl Flight {
             overlay,
             screen,
             renderer: None,
+            former: None,
+            opening: None,
+            reading: None,
+            path_flight: None,
+            open_dialog: OpenDialog::default(),
+            export_dialog: ExportDialog::default(),
+            exports: Vec::new(),
+            wish: options.adapter.clone(),
+            browser: Browser::default(),
+            recent: Recent::open(),
+            dropped: Vec::new(),
+            reach: options.reach,
             adapter: gpu.description(),
             input: Input::new(),
             camera: start.clone(),
@@ -266,6 +308,9 @@ impl Flight {
             window,
         };
         flight.open_document();
+        if let Some(name) = flight.world.world.clone().filter(|_| options.frames.is_none()) {
+            flight.note_opened(&name);
+        }
         Ok(flight)
     }
 
@@ -293,8 +338,10 @@ impl Flight {
         let deg_per_px = self.camera.fov_deg / f64::from(self.screen.size_px()[1]);
         let input = self.input.take(deg_per_px, now, step_s);
         self.tidy(now);
-        self.stale |= self.drag();
-        self.stale |= self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
+        self.open_dropped();
+        let drags = self.drag();
+        let moves = self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
+        self.stale |= drags | moves | self.follow_path(now, drags | moves);
         self.compare(self.input.compares());
         let painted = self.lay_panel_out()?;
         let rendered = self.stale || self.frames_left.is_some();
@@ -322,7 +369,11 @@ impl Flight {
         let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway());
         self.stale = rendered
             && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
-        let is_still = input.is_still() && !self.input.flies() && self.camera.is_still() && self.frames_left.is_none();
+        let is_still = input.is_still()
+            && !self.input.flies()
+            && self.camera.is_still()
+            && self.path_flight.is_none()
+            && self.frames_left.is_none();
         let flows = !is_still || self.stale;
         self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
         if !flows {
@@ -371,7 +422,8 @@ impl Flight {
 
     /// Lays out the panel and carries out what its buttons request.
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
-        let has_picture = self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
+        let has_picture =
+            self.former.is_some() || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
         let panels = [Pane::Style, Pane::Inside, Pane::Cost].map(|pane| (pane, self.dock.is_shown(pane)));
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
@@ -411,6 +463,12 @@ impl Flight {
         let (words, projection) =
             (if self.dock.is_shown(Pane::Flight) { words } else { Vec::new() }, projection.map(str::to_owned));
         let mut choices = Vec::new();
+        let (mut opens, mut cancelled) = (None, None);
+        let exports = self.exports.iter().map(|run| &*run.work);
+        let works: Vec<&works::Work> = self.opening.iter().map(|opening| &*opening.work).chain(exports).collect();
+        let view = self.export_dialog.is_open().then(|| self.shown_view());
+        let window_px = self.settings.eye_px(self.screen.size_px());
+        let mut exported = None;
         let mut is_welcomed = false;
         let painted = self.overlay.run(&self.window, |ui| {
             let context = &ui.ctx().clone();
@@ -439,6 +497,12 @@ impl Flight {
                 let (styles, thumbnails) = (&self.styles, &self.thumbnails);
                 choices = self.gallery.show(context, styles, &self.favourites, thumbnails, settings_before.style);
             }
+            opens = self.open_dialog.show(context).or(opens.take());
+            if let Some((view, refusal)) = &view {
+                let shown = export::Shown { view, refusal: *refusal, window_px };
+                exported = self.export_dialog.show(context, &shown).or(exported.take());
+            }
+            cancelled = works::show(context, works.iter().copied()).or(cancelled);
             answer = self.questions.show(context).or(answer.take());
             let go_to = &mut self.navigation.go_to;
             typed = status::show(context, free, &words, projection.as_deref(), go_to).or(typed.take());
@@ -457,6 +521,15 @@ impl Flight {
             self.answer(question, is_taken);
         }
         self.choose(choices);
+        if let Some(row) = cancelled {
+            self.on_cancel(row);
+        }
+        if let Some(request) = exported {
+            self.on_export_request(request);
+        }
+        if let Some(request) = opens {
+            self.on_open_request(request);
+        }
         if self.settings.style != settings_before.style {
             self.style_changed(settings_before.style);
             self.open_document();
@@ -471,6 +544,12 @@ impl Flight {
         }
         if requests.copied {
             self.say(About::Edit, "Copied the value for --camera".to_owned(), TOAST / 2);
+        }
+        if requests.export {
+            self.toggle_export();
+        }
+        if requests.open {
+            self.toggle_open_dialog();
         }
         // A higher clearance lifts the camera; a lower one does not lower it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
@@ -531,7 +610,11 @@ impl Flight {
         let size_px = self.screen.size_px();
         let mut encoder =
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
-        let eye = |eye: usize| self.renderer.as_ref().and_then(|renderer| renderer.eye_target(eye, &PICTURE));
+        if self.shows_chosen_style() {
+            self.former = None;
+        }
+        let shown = self.former.as_ref().or(self.renderer.as_ref());
+        let eye = |eye: usize| shown.and_then(|renderer| renderer.eye_target(eye, &PICTURE));
         let shown = match (self.settings.eyes, eye(0), eye(1)) {
             (Eyes::Right, _, Some(right)) => Some(Shown::One(right)),
             (Eyes::Mono | Eyes::Left, Some(left), _) | (_, Some(left), None) => Some(Shown::One(left)),

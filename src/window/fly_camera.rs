@@ -182,6 +182,14 @@ impl FlyCamera {
         }
     }
 
+    /// Places the camera at a camera of a path, whose z is in the world's frame.
+    pub(crate) fn stand_at(&mut self, camera: &Camera) {
+        self.position_m = camera.position_m;
+        self.yaw_deg = camera.yaw_deg.rem_euclid(360.0);
+        self.pitch_deg = camera.pitch_deg.clamp(-STEEPEST_DEG, STEEPEST_DEG);
+        self.fov_deg = camera.fov_deg;
+    }
+
     /// Returns the pose for the renderer.
     pub(crate) fn pose(&self) -> Pose {
         let axes = self.exact();

@@ -45,6 +45,10 @@ pub(super) enum Action {
     FrameAll,
     /// Ask for coordinates to go to.
     GoTo,
+    /// Open or close the dialog that opens files.
+    Open,
+    /// Open or close the dialog that exports.
+    Export,
 }
 
 /// The keys and what they do, for the panel.
@@ -78,6 +82,8 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("Tab", "next control of a panel"),
     ("Ctrl Z, Ctrl Y", "undo, redo"),
     ("Ctrl S", "save the style"),
+    ("Ctrl O", "open a file"),
+    ("Ctrl E", "export"),
     ("Esc Esc", "quit"),
 ];
 
@@ -131,6 +137,8 @@ pub(super) fn action_with_control(sign: Option<&str>, shift: bool) -> Option<Act
         "y" => Action::Redo,
         "s" if shift => Action::SaveAs,
         "s" => Action::Save,
+        "o" => Action::Open,
+        "e" => Action::Export,
         _ => return None,
     })
 }

@@ -6,10 +6,12 @@
 //! depend on a window.
 
 mod app;
+mod browse;
 mod camera_moves;
 mod clipboard;
 mod cost;
 mod dock;
+mod export;
 mod flight;
 pub(crate) mod fly_camera;
 mod gallery;
@@ -19,9 +21,12 @@ mod inside;
 mod inspector;
 mod keys;
 mod light;
+mod open_dialog;
 mod opening;
+mod other_world;
 mod overlay;
 mod panel;
+mod path_flight;
 mod pictures;
 mod places;
 mod pointed;
@@ -37,7 +42,9 @@ mod status;
 mod toasts;
 mod touched;
 mod welcome;
+mod works;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -51,10 +58,11 @@ use crate::gpu::{Gpu, GpuError};
 use crate::picture::imprint::More;
 use crate::pyramid::TileStore;
 use crate::scene::camera::Camera;
+use crate::scene::reach::Reach;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::{Scene, Sun};
 use crate::style::StyleError;
-use crate::world::Surfaces;
+use crate::world::{OpenWorld, Surfaces};
 
 /// Why a flight could not start, or why it ended.
 #[derive(Debug, thiserror::Error)]
@@ -118,6 +126,41 @@ pub(crate) struct FlightWorld {
     pub data_corners_m: [DVec2; 2],
 }
 
+impl FlightWorld {
+    /// Creates the world of a flight. `name` is the world's name as it was given, and `more` has its options; `start` is
+    /// the first camera, and `heights` are the tiles without exaggeration.
+    pub(crate) fn new(
+        world: OpenWorld,
+        start: Camera,
+        name: Option<String>,
+        more: More,
+        heights: Arc<dyn TileStore>,
+    ) -> Self {
+        let data_corners_m = world
+            .data_extent_m()
+            .map(|[west, south, east, north]| [DVec2::new(west, south), DVec2::new(east, north)])
+            .unwrap_or_else(|| world.surfaces.terrain.corners_m());
+        Self {
+            data_corners_m,
+            name: title(name.as_deref()),
+            world: name,
+            more,
+            heights,
+            light: world.light(),
+            sun: world.scene.sun,
+            start,
+            scene: world.scene,
+            surfaces: world.surfaces,
+        }
+    }
+}
+
+/// Returns the name of a world for the window's title: that of its file without the folder.
+pub(crate) fn title(world: Option<&str>) -> String {
+    let Some(world) = world else { return "the built-in world".to_owned() };
+    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
 /// Options of a flight; the panel can change most of them.
 #[derive(Clone, Debug)]
 pub(crate) struct FlightOptions {
@@ -141,6 +184,8 @@ pub(crate) struct FlightOptions {
     pub pair: Pair,
     /// Whether the distance between the eyes follows the distance to the nearest land.
     pub follows_land: bool,
+    /// Which files a scene may name that the window opens.
+    pub reach: Reach,
 }
 
 /// Opens a world on the GPU that can present to the window, on another thread than that of the window.

@@ -68,6 +68,10 @@ pub(super) struct PanelRequests {
     pub gallery: bool,
     /// Whether the value for `--camera` was copied.
     pub copied: bool,
+    /// Whether to open the dialog that opens files.
+    pub open: bool,
+    /// Whether to open the dialog that exports.
+    pub export: bool,
     /// The requests in the controls of light.
     pub light: LightRequests,
 }
@@ -128,6 +132,10 @@ fn panels(ui: &mut Ui, stats: &PanelStats<'_>, requests: &mut PanelRequests) {
         }
         let gallery = ui.button("Gallery");
         requests.gallery = gallery.on_hover_text("All styles as pictures of the present view (G)").clicked();
+        let hint = "Open another world, a style or a camera path (Ctrl O); files may also be dropped on the window";
+        requests.open = ui.button("Open…").on_hover_text(hint).clicked();
+        let hint = "Write a picture of any size, poster sheets, lines for pens, a map or a film (Ctrl E)";
+        requests.export = ui.button("Export…").on_hover_text(hint).clicked();
     });
     ui.separator();
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
 use crate::file::atomic;
-use crate::studio::favourites::{document, settings_file};
+use crate::studio::settings_file::{self, document};
 
 /// The table in the settings file.
 const TABLE: &str = "window";
@@ -30,7 +30,7 @@ pub(crate) struct Remembered {
 impl Remembered {
     /// Reads what the last run has remembered. Values that cannot be read are as if they were not there.
     pub(crate) fn open() -> Self {
-        Self::of_file(settings_file())
+        Self::of_file(settings_file::path())
     }
 
     fn of_file(path: Option<PathBuf>) -> Self {

@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::{Duration, Instant};
 
-use crate::frame::{self, Light};
+use super::other_world::settle;
+use crate::frame::Light;
 use crate::gpu::Gpu;
 use crate::pyramid::TileStore;
 use crate::scene::Scene;
@@ -13,11 +13,6 @@ use crate::source::Silent;
 use crate::style::Style;
 use crate::tiles::terrain::TerrainOptions;
 use crate::world::{OpenWorld, Surfaces, exaggerated};
-
-/// Longest time in which the tiles of the view are awaited.
-const LONGEST: Duration = Duration::from_secs(20);
-/// Interval at which tiles are looked for.
-const LOOK: Duration = Duration::from_millis(3);
 
 /// What the land is read for.
 pub(super) struct Wanted {
@@ -76,13 +71,6 @@ fn read(wanted: Wanted) -> Result<Surfaces, String> {
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Silent).map_err(|error| error.to_string())?;
     let mut surfaces = world.surfaces;
     // The first picture must not be coarser than the last one.
-    let begun = Instant::now();
-    while begun.elapsed() < LONGEST {
-        let prepared = frame::prepare(&gpu, &mut surfaces, &rig, &style, &light);
-        if prepared.tiles.pending == 0 && !prepared.tiles.late && prepared.tiles.loaded == 0 {
-            break;
-        }
-        std::thread::sleep(LOOK);
-    }
+    settle(&gpu, &mut surfaces, &rig, &style, &light, || false);
     Ok(surfaces)
 }

@@ -5,6 +5,7 @@
 pub(crate) mod given_water;
 mod map;
 mod meshes;
+pub(crate) mod path_fit;
 pub(crate) mod open;
 pub(crate) mod scattered;
 mod start_view;

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use glam::DVec2;
 use rustc_hash::FxHashSet;
@@ -217,7 +218,10 @@ fn several(
     choice.warn();
     let files = &choice.files;
     let options = source::mosaic::member_options(files, options);
-    let open = |(file, options): (&PathBuf, &OpenOptions)| open_file(file, options, progress);
+    let open = |(file, options): (&PathBuf, &OpenOptions)| match progress.stop().load(Ordering::Relaxed) {
+        true => Err(PyramidError::Stopped.into()),
+        false => open_file(file, options, progress),
+    };
     let mut stores = files.iter().zip(&options).map(open).collect::<Result<Vec<_>, _>>()?;
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }

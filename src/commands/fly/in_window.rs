@@ -1,16 +1,13 @@
 //! `fly` in a build with a window.
 
-use std::path::Path;
-
-use glam::DVec2;
-
 use super::opened::OpenedWorld;
 use super::{FlyArgs, SIZE_PX, STYLE};
 use crate::commands::arguments;
 use crate::commands::render::{self, like};
 use crate::gpu::device::AdapterWish;
+use crate::scene::reach::Reach;
 use crate::window::remembered::Remembered;
-use crate::window::{FlightOptions, FlightWorld, Windowing};
+use crate::window::{FlightOptions, FlightWorld, Windowing, title};
 
 /// Runs the command.
 ///
@@ -42,6 +39,7 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         // The usual distance between human eyes until land is loaded.
         pair: args.stereo.pair(f64::INFINITY).unwrap_or_default(),
         follows_land: args.stereo.requests_nearest(),
+        reach: Reach::trusting(args.world.trust_scene),
     };
     // Also before the window opens: it may take a while.
     let opened = OpenedWorld::new(args)?;
@@ -51,28 +49,7 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let (world, start) = opened.on_gpu(&args, gpu)?;
-        let data_m = world.data_extent_m();
-        let data_corners_m = data_m
-            .map(|[west, south, east, north]| [DVec2::new(west, south), DVec2::new(east, north)])
-            .unwrap_or_else(|| world.surfaces.terrain.corners_m());
-        Ok(FlightWorld {
-            data_corners_m,
-            world: args.world.name.clone(),
-            more,
-            heights,
-            scene: world.scene.clone(),
-            name: title(args.world.name()),
-            light: world.light(),
-            sun: world.scene.sun,
-            start,
-            surfaces: world.surfaces,
-        })
+        Ok(FlightWorld::new(world, start, args.world.name.clone(), more, heights))
     };
     Ok(windowing.run(options, Box::new(open))?)
-}
-
-/// Returns the title of the window: the name of the world's file without its folder.
-fn title(world: Option<&str>) -> String {
-    let Some(world) = world else { return "the built-in world".to_owned() };
-    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
 }

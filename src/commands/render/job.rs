@@ -11,6 +11,7 @@ use super::map::{PlacedMap, Sidecars};
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{RenderArgs, like};
+use crate::commands::progress::Bar;
 use crate::file::exr::{self, ExrWriter, SampleKind, SamplesRef};
 use crate::file::gif::GifWriter;
 use crate::file::imprint::Notes;
@@ -32,6 +33,7 @@ use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, View};
+use crate::source::Progress;
 use crate::style::Style;
 use crate::vector::DrawingReport;
 use crate::vector::sheets::Sheets;
@@ -104,6 +106,24 @@ pub(super) struct Job<'a> {
     pub(super) camera: Camera,
     /// Description of the picture that is stored in its file.
     pub(super) imprint: Imprint,
+    /// How far the drawing is.
+    pub(super) drawing: Drawing,
+}
+
+/// The progress of a drawing: the pictures of a film share one bar.
+#[derive(Default)]
+pub(super) struct Drawing {
+    bar: Option<Bar>,
+    /// Pictures that are drawn, and all.
+    pictures: [u64; 2],
+}
+
+impl Drawing {
+    /// Reports how much of the present picture is drawn, from 0 to 1.
+    fn report(&self, part: f64) {
+        let [drawn, all] = self.pictures.map(|count| count as f64);
+        self.bar.iter().for_each(|bar| bar.report("drawing", ((drawn + part) / all.max(1.0)) as f32));
+    }
 }
 
 /// A film in one file that is being written.
@@ -193,7 +213,10 @@ impl Job<'_> {
         if warm_up.first > 0 {
             Renderer::or_new(&mut self.renderer, &self.gpu)?.begin_at(warm_up.first);
         }
+        self.drawing = Drawing { bar: Some(Bar::default()), pictures: [0, written.end - warm_up.first] };
         for number in warm_up.first..written.end {
+            self.drawing.pictures[0] = number - warm_up.first;
+            self.drawing.report(0.0);
             let camera = &cameras[number as usize];
             let at_s = |number: u64| start_s + self.args.fps().time_s(number);
             self.clock = Clock { now_s: at_s(number), before_s: at_s(number.saturating_sub(1)) };
@@ -225,6 +248,7 @@ impl Job<'_> {
             total.append(report);
         }
         film.map_or(Ok(()), Film::finish)?;
+        self.drawing = Drawing::default();
         Ok(total)
     }
 
@@ -358,8 +382,11 @@ impl Job<'_> {
         }
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
-        let width = self.args.size()[0] as usize;
+        let [width, height] = self.args.size().map(|side| side as usize);
+        let (drawing, mut drawn_rows) = (&self.drawing, 0);
         let mut take = |mut bands: Vec<Band>| {
+            drawn_rows += bands.first().map_or(0, |band| band.rows);
+            drawing.report(f64::from(drawn_rows) / height as f64);
             title.iter().for_each(|title| bands.iter_mut().for_each(|band| title.draw(band, width)));
             take(bands)
         };

@@ -140,11 +140,11 @@ fn file_of_cache(
 fn bake_file(reader: &dyn HeightReader, path: &Path, out: &Path, progress: &dyn Progress) -> Result<(), PyramidError> {
     let [width, height] = reader.size();
     if u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES {
-        let work = BakeWork { in_folder: true, resume: true, ..WORK };
+        let work = BakeWork { in_folder: true, resume: true, stop: progress.stop(), ..WORK };
         bake_reader(reader, out, &BakeOptions::default(), &work, progress)?;
     } else {
         let grid = source::read_all(reader, path, progress).map_err(load_error)?;
-        bake_with(&grid, out, &BakeOptions::default(), &WORK, progress)?;
+        bake_with(&grid, out, &BakeOptions::default(), &BakeWork { stop: progress.stop(), ..WORK }, progress)?;
     }
     Ok(())
 }
@@ -168,7 +168,7 @@ where
     entry_of(key, name, cache_dir)?.open_or_make(|out| {
         let Some(load) = load.take() else { return Err(PyramidError::Stopped) };
         let grid = load().map_err(|source: E| PyramidError::Load(source.into()))?;
-        bake_with(&grid, out, &BakeOptions::default(), &WORK, progress).map(drop)
+        bake_with(&grid, out, &BakeOptions::default(), &BakeWork { stop: progress.stop(), ..WORK }, progress).map(drop)
     })
 }
 
@@ -186,7 +186,8 @@ pub fn open_or_grow_store(
 ) -> Result<Arc<dyn TileStore>, PyramidError> {
     let entry = entry_of(key, name, cache_dir)?;
     let make = move |out: &Path, progress: &dyn Progress| {
-        bake_with(&grow(progress), out, &BakeOptions::default(), &WORK, progress).map(drop)
+        bake_with(&grow(progress), out, &BakeOptions::default(), &BakeWork { stop: progress.stop(), ..WORK }, progress)
+            .map(drop)
     };
     let pyramid = entry.open_or_make(|out| make(out, progress))?;
     Ok(Arc::new(Healing::new(pyramid, entry, Box::new(move |out| make(out, &Silent)))))

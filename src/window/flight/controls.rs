@@ -58,6 +58,9 @@ impl Flight {
             WindowEvent::Focused(false) => self.input.lose_focus(&self.window),
             _ => {}
         }
+        if self.on_dropped(event) {
+            return Ok(Next::Frame);
+        }
         match self.input.on_event(&self.window, &mut self.overlay, event) {
             Reaction::Nothing => Ok(Next::Sleep),
             Reaction::Panel | Reaction::Fly => Ok(Next::Frame),
@@ -98,6 +101,8 @@ impl Flight {
             Action::TopView => self.top_view(),
             Action::FrameAll => self.frame_all(),
             Action::GoTo => self.navigation.go_to.open(),
+            Action::Open => self.toggle_open_dialog(),
+            Action::Export => self.toggle_export(),
             Action::FullScreen => {
                 let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
                 self.window.set_fullscreen(full);
@@ -107,7 +112,10 @@ impl Flight {
                 self.stale = true;
             }
             Action::Escape if self.welcomes => self.end_welcome(),
+            Action::Escape if self.open_dialog.is_open() => self.open_dialog.close(),
+            Action::Escape if self.export_dialog.is_open() => self.export_dialog.close(),
             Action::Escape if self.gallery.is_open => self.toggle_gallery(),
+            Action::Escape if self.end_path() => self.say(About::Edit, "The camera path has ended".to_owned(), TOAST),
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
                 if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {
@@ -251,9 +259,11 @@ impl Flight {
         let of_shaders = self.gpu.pipelines().shader_errors();
         let of_shaders = of_shaders.iter().map(ToString::to_string);
         let draws = (self.pictures.open() > 0).then(|| "Drawing the picture for a file…".to_owned());
+        let path = self.reading.is_some().then(|| "Reading the camera path…".to_owned());
         let reads = self.reopening.as_ref().map(|land| format!("Reading the land, heights × {}…", land.factor));
-        self.toasts
-            .set_lasting(of_shaders.chain(self.file_errors.values().cloned()).chain(draws).chain(reads).collect())
+        self.toasts.set_lasting(
+            of_shaders.chain(self.file_errors.values().cloned()).chain(draws).chain(reads).chain(path).collect(),
+        )
     }
 
     pub(super) fn restart(&mut self) {
@@ -292,7 +302,7 @@ impl Flight {
     }
 
     /// Returns a picture of what is shown, with all that it depends on.
-    fn shot(&self) -> Shot {
+    pub(super) fn shot(&self) -> Shot {
         let Settings { sun, eyes, pair, haze_m, focus, .. } = self.settings;
         let terrain = &self.world.surfaces.terrain;
         let mut more = self.world.more.clone();

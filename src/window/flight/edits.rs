@@ -148,7 +148,13 @@ impl Flight {
     pub(crate) fn on_woken(&mut self) -> Next {
         let context = self.overlay.context().clone();
         let is_new = self.overlay.take_screen_reader() | self.inside.take_colours(&context);
-        let has_news = is_new | self.report_pictures() | self.take_reopened();
+        let has_news = is_new
+            | self.report_pictures()
+            | self.take_reopened()
+            | self.take_opened()
+            | self.take_path()
+            | self.take_chosen()
+            | self.take_exports();
         let next = self.on_files_changed();
         if has_news {
             self.show_shader_errors();
@@ -185,12 +191,18 @@ impl Flight {
         Next::Frame
     }
 
-    /// Returns whether the program may end. If there are edits that are not saved, the user is warned once.
+    /// Returns whether the program may end. If there are edits that are not saved, or exports that run, the user is warned
+    /// once.
     pub(super) fn may_leave(&mut self, how: &str) -> bool {
-        let names: Vec<&str> =
-            self.styles.documents().filter(|(_, document)| document.is_edited()).map(|(_, it)| it.name()).collect();
-        if self.leaves || names.is_empty() {
+        let names = self.edited_names();
+        if self.leaves || names.is_empty() && self.exports.is_empty() {
             return true;
+        }
+        if names.is_empty() {
+            self.leaves = true;
+            let text = format!("An export is running. To leave and cancel it, {how}.");
+            self.say(About::Quitting, text, TOAST);
+            return false;
         }
         let text = format!(
             "Edits are not saved: {}. To leave without saving, {how}; the next start offers them.",

@@ -56,9 +56,7 @@ impl Flight {
                     camera.position_m.z *= ratio;
                     camera.stop_moves();
                 }
-                // The history is of the other land.
-                self.renderer = None;
-                self.stale = true;
+                self.begin_again();
             }
             Err(error) => {
                 self.settings.exaggeration = self.world.surfaces.exaggeration();

@@ -255,3 +255,42 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
     let read = with("ipd", "\"-1\"\neyes = \"left\"").unwrap();
     assert!(over(&parsed("--like a.png -o b.png"), &kind, &read).is_err());
 }
+
+/// The export dialog of a window shows a command line; its options must be those of the picture.
+#[cfg(feature = "window")]
+#[test]
+fn the_options_of_an_exported_view_are_those_of_its_imprint() {
+    use crate::studio::export::view_arguments;
+    // What only some outputs have is not in the imprint of a window.
+    let of_outputs =
+        ["style", "size", "dpi", "paper", "margin", "tolerance_px", "pens", "show", "path", "fps", "frames", "warm_up"];
+    let parse = |id: &str, words: Vec<String>| {
+        let words = ["hachure", "render"].into_iter().map(str::to_owned).chain(words);
+        let cli = Cli::try_parse_from(words).unwrap_or_else(|error| panic!("{id}: {error}"));
+        let Some(Command::Render(args)) = cli.command else { panic!("{id}") };
+        let kind = OutputKind::of(&args.output).unwrap();
+        let camera = args.camera.unwrap_or(crate::scene::path::CameraPath::ORIGIN);
+        let mut imprint = imprint(&args, &kind, &Style::load("ink").unwrap(), &camera);
+        imprint.more.time_s = args.time_s;
+        // A map has no camera of its own.
+        let camera = imprint.more.map.is_none().then_some(imprint.camera);
+        (imprint.world.clone(), imprint.sun, camera, imprint.more.clone(), imprint)
+    };
+    let mut compared = 0;
+    for (id, fate) in OPTIONS {
+        let Kept(arguments) = fate else { continue };
+        if of_outputs.contains(id) || arguments.contains("--path") {
+            continue;
+        }
+        let given = parse(id, arguments.split_whitespace().map(str::to_owned).collect());
+        let mut words = view_arguments(&given.4);
+        words.push("-oa.png".to_owned());
+        let again = parse(id, words.clone());
+        assert!((&given.0, given.1, given.2, &given.3) == (&again.0, again.1, again.2, &again.3), "{id}: {words:?}");
+        // Planted: without its option, the picture is another one.
+        let default = parse(id, vec!["-oa.png".to_owned()]);
+        assert!((&given.0, given.1, given.2, &given.3) != (&default.0, default.1, default.2, &default.3), "{id}");
+        compared += 1;
+    }
+    assert!(compared >= 20, "{compared}");
+}

@@ -1,15 +1,30 @@
 //! Checks that a camera path suits the world along which it is flown.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use anyhow::bail;
 use glam::DVec2;
 
 use crate::file::message::named;
+use crate::pyramid::PyramidError;
 use crate::scene::World;
 use crate::scene::embedded;
-use crate::scene::path::{CameraPath, Key};
-use crate::world::OpenWorld;
+use crate::scene::path::{CameraPath, Key, PathError};
+use crate::tiles::terrain::GroundHeights;
+
+/// Why a path cannot be flown over a world. The message is one line.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum PathFitError {
+    /// The path is made for another world.
+    #[error("{0}")]
+    Other(String),
+    /// The file is not a valid path.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// The ground below the cameras cannot be read.
+    #[error("cannot read ground heights: {0}")]
+    Ground(#[source] Arc<PyramidError>),
+}
 
 /// A camera may be this part of the longer side of the land away from it.
 const BESIDE_PART: f64 = 0.5;
@@ -29,36 +44,36 @@ enum Misfit {
 ///
 /// # Errors
 /// Names the world for which the path is made.
-pub(crate) fn check_name(path: &Path, world_name: Option<&str>, world: &World) -> anyhow::Result<()> {
+pub(crate) fn check_name(path: &Path, world_name: Option<&str>, world: &World) -> Result<(), PathFitError> {
     let Some(made_for) = embedded::path_world(path) else { return Ok(()) };
     if made_for.is(world) {
         return Ok(());
     }
     let other = world_name.map_or_else(|| "the built-in world".to_owned(), named);
-    bail!(
+    Err(PathFitError::Other(format!(
         "--path {}: this built-in path is made for {}, not for {other}; a path for {other} is a CSV file with the header \
          t,x,y,z,yaw,pitch,fov, in metres from its centre, with z as +h above the ground",
         path.display(),
         made_for.words
-    )
+    )))
 }
 
-/// Refuses a path if more than half of its cameras are outside of the world or below the ground, and warns if some are.
+/// Refuses a path if more than half of its cameras are outside of the world or below the ground. Returns a warning if
+/// some are.
 ///
 /// # Errors
 /// Names the first such row of the file.
-pub(crate) fn check_places(path: &Path, text: &str, world: &OpenWorld) -> anyhow::Result<()> {
-    let terrain = &world.surfaces.terrain;
-    let [low_m, high_m] = terrain.corners_m();
+pub(crate) fn check_places(path: &Path, text: &str, ground: &GroundHeights) -> Result<Option<String>, PathFitError> {
+    let [low_m, high_m] = ground.corners_m();
     let keys = CameraPath::keys(path, text.as_bytes())?;
     let misfits: Vec<Option<Misfit>> =
-        keys.iter().map(|key| misfit(key, [low_m, high_m], |x, y| world.ground_m(x, y))).collect();
-    world.ground_was_read()?;
+        keys.iter().map(|key| misfit(key, [low_m, high_m], |x, y| ground.height_m(x, y))).collect();
+    ground.failure().map_or(Ok(()), |failure| Err(PathFitError::Ground(failure)))?;
     let wrong = misfits.iter().flatten().count();
     let Some((Key { line, camera }, misfit)) =
         keys.iter().zip(&misfits).find_map(|(key, misfit)| Some((key, (*misfit)?)))
     else {
-        return Ok(());
+        return Ok(None);
     };
     let at = format!("x {:.0}, y {:.0}", camera.position_m.x, camera.position_m.y);
     let what = match misfit {
@@ -72,14 +87,12 @@ pub(crate) fn check_places(path: &Path, text: &str, world: &OpenWorld) -> anyhow
         low_m.x, high_m.x, low_m.y, high_m.y
     );
     if 2 * wrong > all {
-        bail!(
+        return Err(PathFitError::Other(format!(
             "{place}: {what}, as are {wrong} of {all} rows outside or below; the path is made for another world: {extent}"
-        )
+        )));
     }
-    if misfits.iter().flatten().any(|misfit| matches!(misfit, Misfit::Outside(_))) {
-        tracing::warn!("{place}: {what}; {wrong} of {all} rows are outside or below: {extent}");
-    }
-    Ok(())
+    let is_outside = misfits.iter().flatten().any(|misfit| matches!(misfit, Misfit::Outside(_)));
+    Ok(is_outside.then(|| format!("{place}: {what}; {wrong} of {all} rows are outside or below: {extent}")))
 }
 
 /// Returns how a camera does not suit the land between two corners, whose ground is `ground_m(x, y)` high.

@@ -1,0 +1,101 @@
+//! What a file is that is dropped on the window or chosen in its dialog.
+
+use std::path::Path;
+
+use super::recent::is_no_path;
+use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
+use crate::file::message::named;
+use crate::file::{toml_text, unnamed};
+use crate::scene::embedded;
+
+/// Bytes at the beginning of a CSV file in which its header is looked for.
+const HEAD_BYTES: usize = 1 << 14;
+
+/// What is done with a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Arrival {
+    /// A scene, a DEM, a folder, a baked pyramid, or an address: its world is shown.
+    World,
+    /// A style file: the present world is drawn with it.
+    Style,
+    /// A camera path: it is flown.
+    Path,
+    /// A file that cannot be opened by itself, with the reason in one line.
+    Refused(String),
+}
+
+/// Returns what a file is. Errors in a file are reported when it is opened.
+pub(crate) fn arrival(name: &str) -> Arrival {
+    let path = Path::new(name);
+    if embedded::path(path).is_some() {
+        return Arrival::Path;
+    }
+    if is_no_path(name) || path.is_dir() {
+        return Arrival::World;
+    }
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    match &*ending {
+        "toml" if is_scene(path) => Arrival::World,
+        "toml" => Arrival::Style,
+        "obj" => Arrival::Refused(format!(
+            "{}: a model needs a place in a world; a scene file gives it one, with [[mesh]] and file = \"{}\"",
+            named(path),
+            path.file_name().unwrap_or_default().to_string_lossy()
+        )),
+        _ if is_camera_path(path) => Arrival::Path,
+        _ if unnamed::is_drawing(path) => Arrival::Refused(format!(
+            "{0}: is a picture that hachure drew; hachure render --like {0} draws it again",
+            named(path)
+        )),
+        _ => Arrival::World,
+    }
+}
+
+/// Returns whether a TOML file is a scene: it names its world.
+fn is_scene(path: &Path) -> bool {
+    let text = read_text(path, LARGEST_SCENE_BYTES).unwrap_or_default();
+    let keys = toml_text::keys(&path.to_string_lossy(), &text).unwrap_or_default();
+    keys.iter().any(|key| key == "world")
+}
+
+/// Returns whether a file has the header of a camera path, or one that is meant as such.
+fn is_camera_path(path: &Path) -> bool {
+    let head = unnamed::head(path, HEAD_BYTES);
+    let head = String::from_utf8_lossy(&head);
+    let header = head.lines().find(|line| !line.starts_with('#')).unwrap_or_default().to_lowercase();
+    let columns: Vec<&str> = header.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
+    columns.contains(&"yaw") && columns.contains(&"pitch")
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::*;
+    use crate::file::atomic;
+
+    #[test]
+    fn each_file_does_what_its_kind_suggests() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str, text: &str| {
+            let path = folder.path().join(name);
+            atomic::write(&path, text.as_bytes()).unwrap();
+            path.display().to_string()
+        };
+        assert_eq!(arrival(&at("a.toml", "[world]\nfile = \"dem.tif\"\n")), Arrival::World);
+        assert_eq!(arrival(&at("b.toml", "extends = \"pen\"\n")), Arrival::Style);
+        assert_eq!(arrival(&at("c.toml", "name = 3 =")), Arrival::Style, "the style says what is wrong");
+        assert_eq!(arrival(&at("d.csv", "# mine\nt,x,y,z,yaw,pitch,fov\n0,0,0,+9,0,0,50\n")), Arrival::Path);
+        // A header with a mistake is reported as that of a path.
+        assert_eq!(arrival(&at("e.csv", "time, x, y, z, Yaw, Pitch\n")), Arrival::Path);
+        assert_eq!(arrival(&at("f.csv", "0,0,5\n1,0,6\n0,1,5\n1,1,7\n")), Arrival::World, "points with heights");
+        assert_eq!(arrival(&at("g.tif", "II*\0")), Arrival::World);
+        assert_eq!(arrival(&folder.path().display().to_string()), Arrival::World);
+        assert_eq!(arrival("https://example.org/a.obj"), Arrival::World);
+        assert_eq!(arrival("continent"), Arrival::World);
+        assert_eq!(arrival("tour"), Arrival::Path);
+        assert_eq!(arrival("no such file"), Arrival::World, "its error names it");
+        let Arrival::Refused(cause) = arrival(&at("h.OBJ", "v 0 0 0\n")) else { panic!() };
+        assert!(cause.contains("h.OBJ: a model needs a place") && !cause.contains('\n'), "{cause}");
+    }
+}

@@ -1,0 +1,112 @@
+//! Exports of a flight: the view that the dialog exports, and the exports that run.
+
+use std::path::Path;
+
+use super::{Flight, TOAST};
+use crate::file::message::named;
+use crate::studio::document::StyleDocument;
+use crate::studio::export::ShownView;
+use crate::window::export::Request;
+use crate::window::export::run::{End, Run};
+use crate::window::toasts::About;
+
+/// Largest number of exports that run at once: each takes as much memory as a window.
+const MOST: usize = 2;
+/// Why a style cannot be named on a command line.
+const EDITED: &str = "The style has edits that are not saved, so no command line draws it.";
+const HIDDEN: &str = "Layers of the style are hidden, or one is drawn alone; a command line draws all of them.";
+
+impl Flight {
+    /// Opens or closes the export dialog.
+    pub(super) fn toggle_export(&mut self) {
+        let world =
+            self.world.world.as_deref().map_or("hachure", |name| {
+                Path::new(name).file_stem().and_then(|stem| stem.to_str()).unwrap_or("hachure")
+            });
+        let output = format!("{world}-{}", self.style().name).replace(['/', '\\', '%'], "-");
+        let size_px = self.settings.eye_px(self.screen.size_px());
+        self.export_dialog.toggle(&output, size_px, self.settings.samples());
+    }
+
+    /// Returns the present view for the dialog, and why no command line draws it, if none does.
+    pub(super) fn shown_view(&self) -> (ShownView, Option<&'static str>) {
+        let style = self.settings.style;
+        let refusal = self.styles.document(style).and_then(|document| match document {
+            edited if edited.is_edited() => Some(EDITED),
+            hidden if hidden.drawn() != *hidden.style() => Some(HIDDEN),
+            _ => None,
+        });
+        let view = ShownView {
+            imprint: self.shot().imprint,
+            style: self.styles.name(style).to_owned(),
+            trusts_scene: self.reach == crate::scene::reach::Reach::Anywhere,
+            adapter: self.wish.clone(),
+        };
+        (view, refusal)
+    }
+
+    /// Carries out what the user asks for in the dialog.
+    pub(super) fn on_export_request(&mut self, request: Request) {
+        self.inspector_is_old = true;
+        match request {
+            Request::SaveStyle => self.save_or_ask(),
+            Request::Run(..) if self.exports.len() >= MOST => {
+                self.say(About::File, format!("{MOST} exports are running; export again later"), TOAST);
+            }
+            Request::Run(arguments, output) => match std::env::current_exe() {
+                Ok(program) => {
+                    let proxy = self.proxy.clone();
+                    self.leaves = false;
+                    self.exports.push(Run::start(&program, &arguments, &output, move || _ = proxy.send_event(())));
+                }
+                Err(error) => self.say(About::File, format!("cannot find the program hachure: {error}"), TOAST),
+            },
+        }
+    }
+
+    /// Reports the exports that have ended. Returns whether there is news.
+    pub(super) fn take_exports(&mut self) -> bool {
+        let has_news = !self.exports.is_empty();
+        let mut ended = Vec::new();
+        self.exports.retain(|run| match run.take() {
+            Some(end) => {
+                ended.push((run.output.clone(), end));
+                false
+            }
+            None => true,
+        });
+        for (output, end) in ended {
+            let texts = report(&output, end);
+            texts.iter().for_each(|text| tracing::info!("{text}"));
+            self.say(About::File, texts.join("\n"), 2 * TOAST);
+        }
+        has_news
+    }
+
+    /// Cancels the work of a row.
+    pub(super) fn on_cancel(&mut self, row: usize) {
+        let of_world = usize::from(self.opening.is_some());
+        if row < of_world {
+            return self.cancel_opening();
+        }
+        if let Some(run) = self.exports.get(row - of_world) {
+            run.work.cancel();
+        }
+    }
+
+    /// Returns the names of styles that have edits which are not saved.
+    pub(super) fn edited_names(&self) -> Vec<&str> {
+        let edited = self.styles.documents().filter(|(_, document)| document.is_edited());
+        edited.map(|(_, document)| StyleDocument::name(document)).collect()
+    }
+}
+
+/// Returns the messages about an export that has ended.
+fn report(output: &str, end: End) -> Vec<String> {
+    let path = std::path::absolute(output).map_or_else(|_| output.to_owned(), |path| path.display().to_string());
+    match end {
+        End::Written(messages) => std::iter::once(format!("wrote {path}")).chain(messages).collect(),
+        End::Failed(message) => vec![message],
+        End::Cancelled => vec![format!("{}: cancelled, and not written", named(output))],
+    }
+}

@@ -1,0 +1,324 @@
+//! Files that are opened during a flight: another world, a style, a camera path.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use winit::event::WindowEvent;
+
+use super::{Flight, LastPicture, TOAST, ground_m};
+use crate::file::message::named;
+use crate::source::EarthPlace;
+use crate::studio::arrivals::{Arrival, arrival};
+use crate::studio::document::StyleDocument;
+use crate::tiles::terrain::{Prepared, TerrainOptions};
+use crate::window::FlightWorld;
+use crate::window::browse::{self, Chosen};
+use crate::window::fly_camera::FlyCamera;
+use crate::window::light::LightPanel;
+use crate::window::open_dialog::Request;
+use crate::window::other_world::{OtherWorld, Wanted};
+use crate::window::path_flight::{self, PathFlight, Reading};
+use crate::window::places::Places;
+use crate::window::toasts::About;
+
+use super::navigate::Navigation;
+
+/// The message where the system shows no dialog.
+const NO_DIALOG: &str = "This system shows no file dialog (no desktop portal answers). Drop the file on the window, or write its path here.";
+
+impl Flight {
+    /// Opens the dialog for files, or closes it.
+    pub(super) fn toggle_open_dialog(&mut self) {
+        self.open_dialog.toggle(self.recent.entries());
+    }
+
+    /// Carries out what the user asks for in the dialog.
+    pub(super) fn on_open_request(&mut self, request: Request) {
+        // This frame was laid out before.
+        self.inspector_is_old = true;
+        match request {
+            Request::Open(name) => self.open_named(&at_home(&name)),
+            Request::BuiltIn => self.open_world(None),
+            Request::Browse(wanted) => self.browse(wanted),
+        }
+    }
+
+    fn browse(&mut self, wanted: browse::Wanted) {
+        let proxy = self.proxy.clone();
+        self.browser.open(wanted, &self.window, move || _ = proxy.send_event(()));
+    }
+
+    /// Takes the end of the system's dialog. Returns whether there is news.
+    pub(super) fn take_chosen(&mut self) -> bool {
+        let Some(chosen) = self.browser.take() else { return false };
+        match chosen {
+            Chosen::Path(path) => self.open_named(&path.to_string_lossy()),
+            Chosen::Nothing => {}
+            Chosen::NoDialog => self.cannot_open(NO_DIALOG.to_owned()),
+        }
+        true
+    }
+
+    /// Notices a file that was dropped on the window. All files of one drop are handled in the next frame. Returns whether
+    /// the event was one.
+    pub(super) fn on_dropped(&mut self, event: &WindowEvent) -> bool {
+        let dropped = dropped(event);
+        self.dropped.extend(dropped.map(Path::to_owned));
+        dropped.is_some()
+    }
+
+    /// Opens the files that were dropped since the last frame.
+    pub(super) fn open_dropped(&mut self) {
+        let paths: Vec<PathBuf> = std::mem::take(&mut self.dropped);
+        let named: Vec<String> = paths.iter().map(|path| path.to_string_lossy().into_owned()).collect();
+        match chosen_of_drop(&named, arrival) {
+            Ok(names) => names.iter().for_each(|name| self.open_named(name)),
+            Err(error) => self.cannot_open(error),
+        }
+    }
+
+    /// Opens a file, an address, or what is built in under this name.
+    pub(super) fn open_named(&mut self, name: &str) {
+        match arrival(name) {
+            Arrival::World => self.open_world(Some(name)),
+            Arrival::Style => self.open_style(name),
+            Arrival::Path => self.open_path(name),
+            Arrival::Refused(cause) => self.cannot_open(cause),
+        }
+    }
+
+    /// Reports why a file cannot be opened.
+    fn cannot_open(&mut self, cause: String) {
+        tracing::info!("{cause}");
+        self.open_dialog.refuse(&cause);
+        self.say(About::File, cause, 2 * TOAST);
+    }
+
+    /// Puts a file into the list of those that were opened last.
+    pub(super) fn note_opened(&mut self, name: &str) {
+        if let Err(error) = self.recent.add(name) {
+            tracing::warn!("{error}");
+        }
+    }
+
+    /// Begins to open another world; the present one stays until it is open.
+    fn open_world(&mut self, name: Option<&str>) {
+        if let Some(before) = self.opening.take() {
+            before.work.cancel();
+        }
+        let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..*self.terrain_options() };
+        let wanted = Wanted {
+            gpu: self.gpu.clone(),
+            name: name.map(str::to_owned),
+            reach: self.reach,
+            options,
+            tile_memory_mib: self.world.more.tile_memory,
+            size_px: self.settings.picture_px(self.screen.size_px()),
+            style: self.style().clone(),
+        };
+        let proxy = self.proxy.clone();
+        self.opening = Some(OtherWorld::start(wanted, move || _ = proxy.send_event(())));
+    }
+
+    fn terrain_options(&self) -> &TerrainOptions {
+        self.world.surfaces.terrain.options()
+    }
+
+    /// Cancels the opening of another world.
+    pub(super) fn cancel_opening(&mut self) {
+        if let Some(opening) = self.opening.take() {
+            opening.work.cancel();
+            self.inspector_is_old = true;
+            self.say(About::File, format!("{}: cancelled", opening.work.title), TOAST);
+        }
+    }
+
+    /// Shows the world that was opened, or why it could not be. Returns whether there is news.
+    pub(super) fn take_opened(&mut self) -> bool {
+        let Some(opening) = &self.opening else { return false };
+        let Some(done) = opening.take() else {
+            return true;
+        };
+        let Some(OtherWorld { name, .. }) = self.opening.take() else { return false };
+        match done {
+            Ok(world) => {
+                if !name.is_empty() {
+                    self.note_opened(&name);
+                }
+                self.open_dialog.close();
+                self.enter(*world);
+            }
+            Err(error) => self.cannot_open(error),
+        }
+        true
+    }
+
+    /// Replaces the world. The style and its edits, the size of the picture and the eyes stay.
+    fn enter(&mut self, world: FlightWorld) {
+        let terrain = &world.surfaces.terrain;
+        self.start = FlyCamera::new(&world.start, |at| ground_m(&world, at), terrain.extent_m());
+        self.camera = self.start.clone();
+        let store = terrain.store();
+        let size = store.levels()[0];
+        self.light_panel = LightPanel::new(EarthPlace::of_grid(store.georeference(), size.width, size.height));
+        self.navigation = Navigation::new(Places::of(terrain));
+        self.touch.cancel();
+        (self.reopening, self.reading, self.path_flight) = (None, None, None);
+        self.settings.sun = world.sun;
+        self.settings.haze_m = world.light.haze_m;
+        self.settings.exaggeration = world.surfaces.exaggeration();
+        self.settings.focus = world.scene.focus;
+        let pose = self.start.pose();
+        self.last = LastPicture { pose, prepared: Prepared::default(), tiles_loaded: 0, ..self.last };
+        self.window.set_title(&format!("{} — hachure", world.name));
+        self.say(About::File, format!("opened {}", world.name), TOAST);
+        self.world = world;
+        self.begin_again();
+        self.thumbnails.wake(Instant::now());
+    }
+
+    /// Begins with a new renderer, because the history is of another land. The last picture stays until the first one is
+    /// drawn.
+    pub(super) fn begin_again(&mut self) {
+        self.former = self.renderer.take().or(self.former.take());
+        self.stale = true;
+    }
+
+    /// Draws with a style file.
+    fn open_style(&mut self, name: &str) {
+        let before = self.settings.style;
+        self.settings.style = match self.styles.place_of(name) {
+            Some(style) => style,
+            None => match StyleDocument::open(name) {
+                Ok(document) => self.styles.add(document),
+                Err(error) => return self.cannot_open(error.to_string()),
+            },
+        };
+        self.open_dialog.close();
+        self.note_opened(name);
+        self.say(About::Style, format!("{}: {}", named(name), self.style().name), TOAST);
+        if before != self.settings.style {
+            self.style_changed(before);
+            self.open_document();
+        }
+        self.stale = true;
+    }
+
+    /// Begins to read a camera path.
+    fn open_path(&mut self, name: &str) {
+        let wanted = path_flight::Wanted {
+            path: PathBuf::from(name),
+            world_name: self.world.world.clone(),
+            world: self.world.scene.world.clone(),
+            ground: self.world.surfaces.terrain.ground_heights(),
+        };
+        let proxy = self.proxy.clone();
+        self.reading = Some(Reading::start(wanted, move || _ = proxy.send_event(())));
+    }
+
+    /// Begins to fly a path that was read. Returns whether there is news.
+    pub(super) fn take_path(&mut self) -> bool {
+        let Some(done) = self.reading.as_ref().and_then(Reading::take) else { return false };
+        self.reading = None;
+        match done {
+            Ok(path_flight::Read { name, path, warning }) => {
+                self.note_opened(&name.to_string_lossy());
+                self.open_dialog.close();
+                warning.into_iter().for_each(|warning| self.say(About::File, warning, 2 * TOAST));
+                self.say(About::Edit, path_flight::begins(&name, &path), TOAST);
+                self.path_flight = Some(PathFlight::new(path));
+            }
+            Err(error) => self.cannot_open(error),
+        }
+        true
+    }
+
+    /// Moves the camera along the path that is flown, unless the user moves it. Returns whether the picture changes.
+    pub(super) fn follow_path(&mut self, now: Instant, is_moved: bool) -> bool {
+        let Some(flight) = &mut self.path_flight else { return false };
+        let (camera, is_last) = flight.at(now);
+        if is_moved || is_last {
+            self.path_flight = None;
+        }
+        if !is_moved {
+            self.camera.stand_at(&camera);
+        }
+        true
+    }
+
+    /// Ends the flight along a path. Returns whether there was one.
+    pub(super) fn end_path(&mut self) -> bool {
+        self.path_flight.take().is_some()
+    }
+}
+
+/// Returns the file that an event drops on the window.
+fn dropped(event: &WindowEvent) -> Option<&Path> {
+    match event {
+        WindowEvent::DroppedFile(path) => Some(path),
+        _ => None,
+    }
+}
+
+/// Returns a path that begins with `~/` with the user's folder in its place.
+fn at_home(name: &str) -> String {
+    let rest = name.strip_prefix("~/").filter(|_| !Path::new(name).exists());
+    let home = rest.and_then(|rest| Some(directories::BaseDirs::new()?.home_dir().join(rest)));
+    home.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
+}
+
+/// Returns which files of one drop are opened, in order: of several height files none, because only their folder says
+/// that they are one world.
+///
+/// # Errors
+/// One line that says so.
+fn chosen_of_drop(names: &[String], kind_of: impl Fn(&str) -> Arrival) -> Result<Vec<String>, String> {
+    let (worlds, others): (Vec<&String>, Vec<&String>) = names.iter().partition(|name| kind_of(name) == Arrival::World);
+    if worlds.len() > 1 {
+        let [first, last] = [worlds[0], worlds[worlds.len() - 1]].map(named);
+        return Err(format!(
+            "{} worlds were dropped at once ({first} to {last}); drop the folder of several height files to open them as one",
+            worlds.len()
+        ));
+    }
+    // A style or a path is for the new world.
+    Ok(worlds.into_iter().chain(others).cloned().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::*;
+
+    #[test]
+    fn a_drop_is_told_from_a_file_that_hovers() {
+        let path = PathBuf::from("/data/alps.tif");
+        assert_eq!(dropped(&WindowEvent::DroppedFile(path.clone())), Some(&*path));
+        assert_eq!(dropped(&WindowEvent::HoveredFile(path)), None);
+        assert_eq!(dropped(&WindowEvent::HoveredFileCancelled), None);
+    }
+
+    #[test]
+    fn a_path_may_begin_at_home() {
+        assert_eq!(at_home("/data/a.tif"), "/data/a.tif");
+        assert_eq!(at_home("a~/b"), "a~/b");
+        if let Some(home) = directories::BaseDirs::new() {
+            assert_eq!(at_home("~/a.tif"), home.home_dir().join("a.tif").to_string_lossy());
+        }
+    }
+
+    #[test]
+    fn several_height_files_are_dropped_as_a_folder() {
+        let kind_of = |name: &str| match name.rsplit_once('.') {
+            Some((_, "toml")) => Arrival::Style,
+            _ => Arrival::World,
+        };
+        let drop =
+            |names: &[&str]| chosen_of_drop(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>(), kind_of);
+        assert_eq!(drop(&[]), Ok(Vec::new()));
+        assert_eq!(drop(&["a.toml", "b.tif"]), Ok(vec!["b.tif".to_owned(), "a.toml".to_owned()]));
+        let error = drop(&["a.tif", "c.toml", "b.tif"]).unwrap_err();
+        assert!(error.starts_with("2 worlds were dropped at once (a.tif to b.tif); drop the folder"), "{error}");
+    }
+}

@@ -1,0 +1,220 @@
+//! Opens another world in the background, while the window shows the present one.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use super::FlightWorld;
+use super::works::Work;
+use crate::file::message::{chain, named};
+use crate::frame::{self, Light};
+use crate::gpu::Gpu;
+use crate::picture::imprint::More;
+use crate::scene::Scene;
+use crate::scene::reach::Reach;
+use crate::scene::view::{Rig, View};
+use crate::style::Style;
+use crate::tiles::terrain::TerrainOptions;
+use crate::world::{OpenWorld, Surfaces, exaggerated, open_store, scene_of};
+
+/// Longest time in which the tiles of a view are awaited.
+const LONGEST: Duration = Duration::from_secs(20);
+/// Interval at which tiles are looked for.
+const LOOK: Duration = Duration::from_millis(3);
+
+/// What is to be opened, and for which window.
+pub(super) struct Wanted {
+    /// The device of the window.
+    pub gpu: Gpu,
+    /// Path of a scene, a DEM or a folder, an address, or the name of a built-in scene; `None` is the built-in world.
+    pub name: Option<String>,
+    /// Which files a scene may name.
+    pub reach: Reach,
+    /// The options of the window's terrain.
+    pub options: TerrainOptions,
+    /// The memory for tiles, if it is not the default, for imprints.
+    pub tile_memory_mib: Option<u64>,
+    /// Size of a picture.
+    pub size_px: [u32; 2],
+    /// The style in which the world is drawn first.
+    pub style: Style,
+}
+
+/// A world that is being opened.
+pub(super) struct OtherWorld {
+    /// Its name, as it was given.
+    pub name: String,
+    /// How far it is.
+    pub work: Arc<Work>,
+    done: Receiver<Result<Box<FlightWorld>, String>>,
+}
+
+impl OtherWorld {
+    /// Begins to open a world, and calls `wake` when there is progress and when it is open.
+    pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let name = wanted.name.clone().unwrap_or_default();
+        let title = format!("Opening {}", super::title(wanted.name.as_deref()));
+        let work = Arc::new(Work::new(title, wake));
+        let (sender, done) = channel();
+        let of_thread = Arc::clone(&work);
+        let open = move || {
+            let done = open(wanted, &of_thread).map(Box::new);
+            // The receiver is gone if the work was cancelled or the window closed.
+            let _ = sender.send(done);
+            of_thread.wake();
+        };
+        if let Err(error) = std::thread::Builder::new().name("world".to_owned()).spawn(open) {
+            tracing::warn!("cannot start a thread for a world: {error}");
+        }
+        Self { name, work, done }
+    }
+
+    /// Takes the world, or why it could not be opened; `None` while it is being opened.
+    pub(super) fn take(&self) -> Option<Result<Box<FlightWorld>, String>> {
+        match self.done.try_recv() {
+            Ok(done) => Some(done),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(format!("{}: cannot be opened", named(&self.name)))),
+        }
+    }
+}
+
+/// Opens a world as `fly` does, and loads the tiles of its start view.
+fn open(wanted: Wanted, work: &Work) -> Result<FlightWorld, String> {
+    let Wanted { gpu, name, reach, options, tile_memory_mib, size_px, style } = wanted;
+    let scene = scene_of(name.as_deref(), reach).map_err(|error| chain(&error))?;
+    let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
+    let heights = open_store(&true_to_scale, work).map_err(|error| chain(&error))?;
+    let store = exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);
+    let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, work).map_err(|error| chain(&error))?;
+    let [width, height] = size_px.map(f64::from);
+    let start = world.start_camera(width / height.max(1.0));
+    let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
+    world.ground_was_read().map_err(|error| chain(&error))?;
+    let more = More { tile_memory: tile_memory_mib, ..More::default() };
+    let (pose, light) = (world.pose(&start), world.light());
+    let mut world = FlightWorld::new(world, start, name, more, heights);
+    let rig = Rig::mono(View::whole(pose, pose, size_px));
+    work.report_tiles();
+    settle(&gpu, &mut world.surfaces, &rig, &style, &light, || work.is_cancelled());
+    Ok(world)
+}
+
+impl Work {
+    fn report_tiles(&self) {
+        crate::source::Progress::report(self, "loading tiles", 1.0);
+    }
+}
+
+/// Loads the tiles of a view, so that the first picture is not coarse.
+pub(super) fn settle(
+    gpu: &Gpu,
+    surfaces: &mut Surfaces,
+    rig: &Rig,
+    style: &Style,
+    light: &Light,
+    stops: impl Fn() -> bool,
+) {
+    let begun = Instant::now();
+    while begun.elapsed() < LONGEST && !stops() {
+        let prepared = frame::prepare(gpu, surfaces, rig, style, light);
+        if prepared.tiles.pending == 0 && !prepared.tiles.late && prepared.tiles.loaded == 0 {
+            break;
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
+
+    use std::path::Path;
+
+    use super::*;
+    use crate::pyramid::{BakeOptions, PyramidError, bake, store};
+    use crate::source::{HeightGrid, Silent, SourceError};
+    use crate::tests::common::{gpu, grid_of, rough_height_m};
+
+    fn grid() -> HeightGrid {
+        grid_of(150, 130, 30.0, rough_height_m)
+    }
+
+    fn wanted(gpu: &Gpu, name: &Path) -> Wanted {
+        Wanted {
+            gpu: gpu.clone(),
+            name: Some(name.display().to_string()),
+            reach: Reach::SceneFolder,
+            options: TerrainOptions { loading: crate::tiles::terrain::Loading::Stream, ..TerrainOptions::default() },
+            tile_memory_mib: Some(64),
+            size_px: [160, 90],
+            style: Style::load("ink").unwrap(),
+        }
+    }
+
+    fn opened(wanted: Wanted) -> Result<Box<FlightWorld>, String> {
+        let (sender, woken) = channel();
+        let sender = std::sync::Mutex::new(sender);
+        let opening = OtherWorld::start(wanted, move || _ = sender.lock().unwrap().send(()));
+        loop {
+            if let Some(done) = opening.take() {
+                return done;
+            }
+            woken.recv_timeout(Duration::from_secs(120)).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_world_is_opened_with_its_start_view() {
+        let Some(gpu) = gpu() else { return };
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("land.tif");
+        bake(&grid(), &path, &BakeOptions::default(), &Silent).unwrap();
+        let world = opened(wanted(&gpu, &path)).unwrap();
+        assert_eq!((&*world.name, world.world.as_deref()), ("land.tif", path.to_str()));
+        assert_eq!(world.more, More { tile_memory: Some(64), ..More::default() });
+        let ground_m = world.surfaces.terrain.height_m(world.start.position_m.truncate());
+        assert!(ground_m.is_none_or(|ground_m| world.start.position_m.z > ground_m), "{:?}", world.start);
+        // The first picture is not coarse.
+        assert!(world.surfaces.terrain.tile_counts().on_gpu > 0);
+    }
+
+    #[test]
+    fn an_error_names_the_file() {
+        let Some(gpu) = gpu() else { return };
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in [("gone.tif", None), ("broken.tif", Some("II*\0broken")), ("a.toml", Some("[world]\n"))] {
+            let path = folder.path().join(name);
+            if let Some(text) = text {
+                crate::file::atomic::write(&path, text.as_bytes()).unwrap();
+            }
+            let Err(error) = opened(wanted(&gpu, &path)) else { panic!("{name}") };
+            assert!(error.contains(name) && !error.contains('\n'), "{error}");
+        }
+        // A scene reaches no further than on the command line.
+        let scene = folder.path().join("far.toml");
+        crate::file::atomic::write(&scene, b"[world]\ndem = \"/etc/passwd\"\n").unwrap();
+        let Err(error) = opened(wanted(&gpu, &scene)) else { panic!() };
+        assert!(error.contains("outside the scene's folder"), "{error}");
+    }
+
+    #[test]
+    fn a_cancelled_bake_stops() {
+        let cache = tempfile::tempdir().unwrap();
+        let bake_with = |work: &Work| {
+            let load = || Ok::<_, SourceError>(grid());
+            store::open_or_bake_key("a key", "a name", load, Some(cache.path()), work)
+        };
+        let work = Work::new("a bake".to_owned(), || ());
+        work.cancel();
+        assert!(matches!(bake_with(&work), Err(PyramidError::Stopped)));
+        let work = Work::new("a bake".to_owned(), || ());
+        assert!(bake_with(&work).is_ok(), "planted: a bake that is not cancelled");
+        // Nor are the files of a folder read one after the other.
+        let Some(gpu) = gpu() else { return };
+        let path = cache.path().join("land.tif");
+        bake(&grid(), &path, &BakeOptions::default(), &Silent).unwrap();
+        work.cancel();
+        assert!(open(wanted(&gpu, &path), &work).is_err_and(|error| error.contains("stopped")));
+    }
+}
