@@ -1,5 +1,8 @@
 //! The panel: controls for the settings, frame times, and what is drawn and loaded.
 
+#[cfg(test)]
+mod tests;
+
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
 use super::dock::Pane;
@@ -157,8 +160,29 @@ pub(super) fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
 pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(widget).on_hover_text(hint));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let before = widgets(ui, 0).len();
+            let response = ui.add(widget).on_hover_text(hint);
+            // A slider has a field for its number, too.
+            for id in widgets(ui, before) {
+                named(ui, id, &if id == response.id { name.to_owned() } else { format!("{name}, number") });
+            }
+        });
     });
+}
+
+/// Returns the widgets of this frame that can have the focus, at the level of `ui`, without the first ones.
+fn widgets(ui: &Ui, first: usize) -> Vec<egui::Id> {
+    let layer = ui.layer_id();
+    ui.ctx().viewport(|viewport| {
+        let widgets = viewport.this_pass.widgets.get_layer(layer);
+        widgets.filter(|widget| widget.sense.is_focusable()).skip(first).map(|widget| widget.id).collect()
+    })
+}
+
+/// Names a widget for screen readers.
+fn named(ui: &Ui, id: egui::Id, name: &str) {
+    ui.ctx().accesskit_node_builder(id, |node| node.set_label(name));
 }
 
 /// Adds the controls of what is drawn: style, resolution, edges, eyes and terrain error.
@@ -167,11 +191,13 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
     ui.horizontal(|ui| {
         ui.label(RichText::new("Style").weak());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            egui::ComboBox::from_id_salt("style").selected_text(&*list[settings.style].name).show_ui(ui, |ui| {
+            let box_of_styles = egui::ComboBox::from_id_salt("style").selected_text(&*list[settings.style].name);
+            let shown = box_of_styles.show_ui(ui, |ui| {
                 for (index, style) in list.iter().enumerate() {
                     ui.selectable_value(&mut settings.style, index, &*style.name).on_hover_text(&style.description);
                 }
             });
+            named(ui, shown.response.id, "Style");
         });
     });
     if stats.is_preparing {
@@ -183,7 +209,8 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
             .on_hover_text("Rendered pixels per pixel of the window, in each direction (− +)");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             for (index, scale) in SCALES.iter().enumerate().rev() {
-                ui.selectable_value(&mut settings.scale, index, format!("{scale}"));
+                let button = ui.selectable_value(&mut settings.scale, index, format!("{scale}"));
+                named(ui, button.id, &format!("Resolution {scale}"));
             }
             ui.label(RichText::new(format!("{}×{}", stats.picture_px[0], stats.picture_px[1])).weak());
         });
@@ -202,11 +229,13 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("Eyes").weak()).on_hover_text("One eye, or a stereo pair (--eyes)");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            egui::ComboBox::from_id_salt("eyes").selected_text(settings.eyes.to_string()).show_ui(ui, |ui| {
+            let box_of_eyes = egui::ComboBox::from_id_salt("eyes").selected_text(settings.eyes.to_string());
+            let shown = box_of_eyes.show_ui(ui, |ui| {
                 for (name, eyes) in Eyes::NAMES {
                     ui.selectable_value(&mut settings.eyes, eyes, name);
                 }
             });
+            named(ui, shown.response.id, "Eyes");
         });
     });
     if settings.eyes == Eyes::Mono {
@@ -349,101 +378,4 @@ pub(super) fn grouped(number: u64) -> String {
         grouped.push(digit);
     }
     grouped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::lines::strokes::LeftOut;
-
-    #[test]
-    fn numbers_are_grouped() {
-        assert_eq!(grouped(0), "0");
-        assert_eq!(grouped(999), "999");
-        assert_eq!(grouped(1000), "1 000");
-        assert_eq!(grouped(1_234_567), "1 234 567");
-        assert_eq!(digits(-12.34), "−12.3");
-        assert_eq!(digits(-1234.0), "−1 234");
-        assert_eq!(digits(-0.01), "0.0");
-        assert_eq!(digits(1234.5), "1 235");
-    }
-
-    #[test]
-    fn infinity_is_written_as_such() {
-        assert_eq!(distance_words(FARTHEST_M), "∞");
-        assert_eq!(distance_words(12.34), "12.3 m");
-        for (words, distance_m) in [("∞", FARTHEST_M), ("inf", FARTHEST_M), ("12.5 m", 12.5), ("3", 3.0)] {
-            assert_eq!(distance_of(words), Some(distance_m));
-        }
-        assert_eq!(distance_of("far"), None);
-    }
-
-    /// Returns the texts of the section on performance, with their colours.
-    fn performance_texts(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
-        let stats = PanelStats {
-            adapter: "",
-            picture_px: [640, 360],
-            frame_times: &FrameTimes::default(),
-            pass_times: &PassTimes::default(),
-            triangles: 0,
-            patches: 0,
-            strokes,
-            tiles_on_gpu: 0,
-            tiles_loaded: 0,
-            tiles_missing: 0,
-            over_budget_px: None,
-            over_memory_px: None,
-            gpu_bytes: 0,
-            height_above_ground_m: 0.0,
-            is_preparing: false,
-            panels: &[],
-        };
-        let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| performance(ui, &stats));
-        let texts = output.shapes.into_iter().filter_map(|clipped| match clipped.shape {
-            egui::Shape::Text(text) => {
-                let color = text.galley.job.sections.first().map_or(Color32::TRANSPARENT, |part| part.format.color);
-                Some((text.galley.text().to_owned(), color))
-            }
-            _ => None,
-        });
-        texts.collect()
-    }
-
-    #[test]
-    fn a_click_counts_where_frames_are_slow() {
-        let click = |context: &egui::Context| {
-            let at = egui::pos2(20.0, 12.0);
-            let button = |pressed| egui::Event::PointerButton {
-                pos: at,
-                button: egui::PointerButton::Primary,
-                pressed,
-                modifiers: egui::Modifiers::NONE,
-            };
-            let frames = [vec![], vec![egui::Event::PointerMoved(at)], vec![button(true)], vec![button(false)]];
-            let mut is_clicked = false;
-            for (second, events) in frames.into_iter().enumerate() {
-                let input = egui::RawInput { time: Some(second as f64), events, ..Default::default() };
-                let _ = context.run_ui(input, |ui| is_clicked |= ui.button("a button").clicked());
-            }
-            is_clicked
-        };
-        let context = egui::Context::default();
-        set_up(&context);
-        assert!(click(&context));
-        assert!(!click(&egui::Context::default()), "planted: as egui has it");
-    }
-
-    #[test]
-    fn strokes_over_the_limit_are_a_warning() {
-        let with = |strokes| Some(StrokeNumbers { drawn: 1234, left_out: LeftOut { strokes, ..LeftOut::default() } });
-        let warning = |texts: &[(String, Color32)]| texts.iter().find(|(_, color)| *color == WARNING).cloned();
-        let texts = performance_texts(with(56));
-        assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
-        let (text, _) = warning(&texts).expect("a warning");
-        assert!(text.contains("56 strokes exceed the limits"), "{text}");
-        // If every stroke fits, only the number is shown; without strokes not even that.
-        let texts = performance_texts(with(0));
-        assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");
-        assert!(performance_texts(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
-    }
 }
