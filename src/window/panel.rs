@@ -197,7 +197,8 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
                     ui.selectable_value(&mut settings.style, index, &*style.name).on_hover_text(&style.description);
                 }
             });
-            named(ui, shown.response.id, "Style");
+            // The button of the panel "Style" has that name.
+            named(ui, shown.response.id, "Drawn style");
         });
     });
     if stats.is_preparing {
