@@ -20,7 +20,7 @@ fn open(dock: Dock, size: [f32; 2]) -> Harness<'static, Bench> {
         |ui, Bench { dock, rects }: &mut Bench| {
             rects.clear();
             dock.show(ui, &mut |ui, pane| {
-                rects.insert(pane, ui.max_rect());
+                rects.insert(pane, ui.max_rect().intersect(ui.clip_rect()));
                 ui.label(format!("content of {}", pane.title()));
             });
         },
