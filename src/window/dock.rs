@@ -26,7 +26,10 @@ const BORDER: f32 = 12.0;
 /// Distance from the border of a panel within which the mouse resizes it, in points.
 const GRAB: f32 = 5.0;
 
-/// What a tile shows.
+/// Colour of panels, through which the picture is seen.
+const PANEL_FILL: Color32 = Color32::from_black_alpha(205);
+
+/// The content of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Pane {
@@ -298,7 +301,7 @@ impl Behavior<Pane> for Content<'_> {
         let rect = ui.max_rect();
         let with_title = Rect::from_min_max(rect.min - egui::vec2(0.0, TITLE_HEIGHT), rect.max);
         self.rects.push(with_title.expand2(egui::vec2(GRAB, 0.0)));
-        ui.painter().rect_filled(rect, 0.0, ui.visuals().window_fill);
+        ui.painter().rect_filled(rect, 0.0, PANEL_FILL);
         egui::Frame::new().inner_margin(MARGIN).show(ui, |ui| {
             ui.set_clip_rect(ui.clip_rect().intersect(rect));
             let needed = pane.width() - 2.0 * f32::from(MARGIN);
@@ -338,8 +341,8 @@ impl Behavior<Pane> for Content<'_> {
         TITLE_HEIGHT
     }
 
-    fn tab_bar_color(&self, visuals: &egui::Visuals) -> Color32 {
-        visuals.window_fill
+    fn tab_bar_color(&self, _: &egui::Visuals) -> Color32 {
+        PANEL_FILL
     }
 
     fn min_size(&self) -> f32 {

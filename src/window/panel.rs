@@ -19,6 +19,8 @@ use crate::scene::stereo::Eyes;
 const PLOT_HEIGHT: f32 = 26.0;
 /// Upper end of the convergence slider, which stands for infinity.
 const FARTHEST_M: f64 = 1e6;
+/// Colour of dialogs and menus: what is below must not be read.
+const WINDOW_FILL: Color32 = Color32::from_black_alpha(245);
 /// Colour of warnings.
 pub(super) const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
@@ -93,7 +95,7 @@ pub(super) fn set_up(context: &egui::Context) {
         style.spacing.interact_size.y = 16.0;
         style.spacing.combo_width = 96.0;
         style.visuals.window_shadow = egui::Shadow::NONE;
-        style.visuals.window_fill = Color32::from_black_alpha(205);
+        style.visuals.window_fill = WINDOW_FILL;
         style.visuals.override_text_color = Some(Color32::from_gray(225));
         style.interaction.tooltip_delay = 0.3;
         // Scroll bars have room of their own: they must not cover values.
