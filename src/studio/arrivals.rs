@@ -38,13 +38,13 @@ pub(crate) fn arrival(name: &str) -> Arrival {
         "toml" if is_scene(path) => Arrival::World,
         "toml" => Arrival::Style,
         "obj" => Arrival::Refused(format!(
-            "{}: a model needs a place in a world; a scene file gives it one, with [[mesh]] and file = \"{}\"",
+            "{}: a model has no place of its own; a scene file gives it one, with [[meshes]] and file = \"{}\"",
             named(path),
             path.file_name().unwrap_or_default().to_string_lossy()
         )),
         _ if is_camera_path(path) => Arrival::Path,
         _ if unnamed::is_drawing(path) => Arrival::Refused(format!(
-            "{0}: is a picture that hachure drew; hachure render --like {0} draws it again",
+            "{0}: is a picture that hachure drew; hachure render --like {0} -o again.png draws it again",
             named(path)
         )),
         _ => Arrival::World,

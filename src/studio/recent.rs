@@ -53,6 +53,10 @@ impl Recent {
     pub(crate) fn add(&mut self, name: &str) -> Result<(), String> {
         let name = lasting(name);
         self.read();
+        // What is behind a question mark or before an at sign may be a password.
+        if name.contains("://") && name.contains(['?', '@']) {
+            return Ok(());
+        }
         self.names.retain(|known| *known != name);
         self.names.insert(0, name);
         self.names.truncate(COUNT);
@@ -86,8 +90,8 @@ fn missing(name: &str) -> Option<String> {
     }
     let error = std::fs::metadata(name).err()?;
     Some(match error.kind() {
-        ErrorKind::NotFound => "there is no such file any more".to_owned(),
-        ErrorKind::PermissionDenied => "it must not be read".to_owned(),
+        ErrorKind::NotFound => "the file no longer exists".to_owned(),
+        ErrorKind::PermissionDenied => "permission denied".to_owned(),
         _ => crate::file::message::shown(&error.to_string()),
     })
 }
@@ -106,6 +110,10 @@ mod tests {
         let file = |number: usize| folder.path().join(format!("{number}.tif")).display().to_string();
         let mut recent = Recent::of_file(Some(settings.clone()));
         assert!(recent.entries().is_empty());
+        for secret in ["s3://name:password@host/a.tif", "https://host/a.tif?signature=abc"] {
+            recent.add(secret).unwrap();
+            assert!(recent.entries().is_empty() && !settings.exists(), "{secret}");
+        }
         (0..13).for_each(|number| recent.add(&file(number)).unwrap());
         recent.add(&file(5)).unwrap();
         recent.add("continent").unwrap();
@@ -138,6 +146,6 @@ mod tests {
             recent.add(name).unwrap();
         }
         let reasons: Vec<Option<String>> = recent.entries().into_iter().map(|entry| entry.missing).collect();
-        assert_eq!(reasons, [None, None, None, Some("there is no such file any more".to_owned())]);
+        assert_eq!(reasons, [None, None, None, Some("the file no longer exists".to_owned())]);
     }
 }

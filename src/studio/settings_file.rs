@@ -1,12 +1,14 @@
 //! The settings file of the user: `settings.toml` in the folder that `HACHURE_CONFIG` names, otherwise in the system's
 //! folder for hachure's configuration. Keys and comments that this version does not know are kept.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use toml_edit::{Array, DocumentMut, Item, Value};
 
 use crate::file::atomic;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::file::message::shown;
 
 /// Returns the path of the settings file.
 pub(crate) fn path() -> Option<PathBuf> {
@@ -25,17 +27,33 @@ pub(super) fn list(path: &Path, key: &str) -> Option<Vec<String>> {
 /// Writes a list of texts, and keeps everything else in the file.
 ///
 /// # Errors
-/// One line with the file and the cause, if the file cannot be written.
+/// Those of [`change`].
 pub(super) fn set_list<'a>(path: &Path, key: &str, texts: impl Iterator<Item = &'a str>) -> Result<(), String> {
-    let mut document = document(path).unwrap_or_default();
     let list: Array = texts.collect();
-    // A comment above the key stays.
-    match document.get_mut(key) {
+    change(path, |settings| match settings.get_mut(key) {
+        // A comment above the key stays.
         Some(there) => *there = Item::Value(list.into()),
-        None => _ = document.insert(key, Item::Value(list.into())),
-    }
+        None => _ = settings.insert(key, Item::Value(list.into())),
+    })
+}
+
+/// Changes the settings file. A file that cannot be read, or that is not valid, is never replaced: somebody wrote it.
+///
+/// # Errors
+/// One line with the file and the cause, if the file is not valid or cannot be written.
+pub(crate) fn change(path: &Path, change: impl FnOnce(&mut DocumentMut)) -> Result<(), String> {
+    let unchanged = |error: &dyn std::fmt::Display| {
+        let cause = shown(&error.to_string());
+        format!("{}: the settings were not saved, because the file is not valid: {cause}", path.display())
+    };
+    let mut settings = match read_text(path, LARGEST_STYLE_BYTES) {
+        Ok(text) => text.parse().map_err(|error: toml_edit::TomlError| unchanged(&error.message()))?,
+        Err(error) if error.kind() == ErrorKind::NotFound => DocumentMut::new(),
+        Err(error) => return Err(unchanged(&error)),
+    };
+    change(&mut settings);
     let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-    let written = written.and_then(|()| atomic::write(path, document.to_string().as_bytes()));
+    let written = written.and_then(|()| atomic::write(path, settings.to_string().as_bytes()));
     written.map_err(|error| format!("{}: cannot write the settings: {error}", path.display()))
 }
 

@@ -47,7 +47,7 @@ pub(super) struct Shown<'a> {
 pub(super) struct ExportDialog {
     is_open: bool,
     export: Export,
-    /// Whether the size and the name are to follow the window, because the dialog was not open before.
+    /// Whether the dialog takes its size and its name from the window when it opens next.
     is_new: bool,
     /// Whether the command line was copied, until something else changes.
     copied: Option<String>,
@@ -76,6 +76,11 @@ impl ExportDialog {
     /// Closes the dialog.
     pub(super) fn close(&mut self) {
         self.is_open = false;
+    }
+
+    /// Closes the dialog and forgets its settings, because the name of the output belongs to another world.
+    pub(super) fn forget(&mut self) {
+        (self.is_open, self.is_new) = (false, true);
     }
 
     /// Lays out the dialog and returns what the user asks for.

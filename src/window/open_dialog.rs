@@ -156,7 +156,7 @@ mod tests {
     }
 
     fn entries() -> Vec<Entry> {
-        let gone = Some("there is no such file any more".to_owned());
+        let gone = Some("the file no longer exists".to_owned());
         vec![
             Entry { name: "/data/alps.tif".to_owned(), missing: None },
             Entry { name: "/data/gone.tif".to_owned(), missing: gone },
@@ -190,7 +190,7 @@ mod tests {
             harness.get_by_label(label).click();
             harness.run();
         }
-        let gone = "/data/gone.tif: there is no such file any more";
+        let gone = "/data/gone.tif: the file no longer exists";
         assert!(harness.get_by_label(gone).accesskit_node().is_disabled());
         harness.get_by_label(gone).click();
         harness.run();

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use toml_edit::{Array, DocumentMut, Item, Table, Value};
 
-use crate::file::atomic;
-use crate::studio::settings_file::{self, document};
+use crate::studio::settings_file::{self, change, document};
 
 /// The table in the settings file.
 const TABLE: &str = "window";
@@ -55,17 +54,13 @@ impl Remembered {
     /// stay.
     ///
     /// # Errors
-    /// One line with the file and the cause, if the file cannot be written.
+    /// One line with the file and the cause, if the file is not valid or cannot be written.
     pub(crate) fn keep(&self) -> Result<(), String> {
         let Some(path) = &self.path else { return Ok(()) };
         if *self == Self::of_file(self.path.clone()) {
             return Ok(());
         }
-        let mut settings = document(path).unwrap_or_default();
-        self.write(&mut settings);
-        let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);
-        let written = written.and_then(|()| atomic::write(path, settings.to_string().as_bytes()));
-        written.map_err(|error| format!("{}: cannot write the settings: {error}", path.display()))
+        change(path, |settings| self.write(settings))
     }
 
     fn write(&self, settings: &mut DocumentMut) {
@@ -97,6 +92,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
     use super::*;
+    use crate::file::atomic;
 
     #[test]
     fn what_is_remembered_is_read_again_and_other_settings_stay() {
@@ -138,5 +134,12 @@ mod tests {
             let read = Remembered::of_file(Some(path.clone()));
             assert_eq!(read, Remembered { path: Some(path.clone()), ..Remembered::default() }, "{text}");
         }
+        // A file that is not valid is not replaced: what somebody wrote into it would be lost.
+        let text = "favourites = [\"pen\"]\n[window\n";
+        atomic::write(&path, text.as_bytes()).unwrap();
+        let remembered = Remembered { is_welcomed: true, ..Remembered::of_file(Some(path.clone())) };
+        let error = remembered.keep().unwrap_err();
+        assert!(error.contains("settings.toml: the settings were not saved") && !error.contains('\n'), "{error}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     }
 }

@@ -51,7 +51,10 @@ impl Flight {
         match request {
             Request::SaveStyle => self.save_or_ask(),
             Request::Run(..) if self.exports.len() >= MOST => {
-                self.say(About::File, format!("{MOST} exports are running; export again later"), TOAST);
+                self.say(About::File, format!("{MOST} exports are running; wait for one, or cancel it"), TOAST);
+            }
+            Request::Run(_, output) if self.exports.iter().any(|run| run.output == output) => {
+                self.say(About::File, format!("{}: an export to this file is running", named(&output)), TOAST);
             }
             Request::Run(arguments, output) => match std::env::current_exe() {
                 Ok(program) => {
@@ -59,7 +62,7 @@ impl Flight {
                     self.leaves = false;
                     self.exports.push(Run::start(&program, &arguments, &output, move || _ = proxy.send_event(())));
                 }
-                Err(error) => self.say(About::File, format!("cannot find the program hachure: {error}"), TOAST),
+                Err(error) => self.say(About::File, format!("cannot find the program of hachure: {error}"), TOAST),
             },
         }
     }
@@ -107,6 +110,6 @@ fn report(output: &str, end: End) -> Vec<String> {
     match end {
         End::Written(messages) => std::iter::once(format!("wrote {path}")).chain(messages).collect(),
         End::Failed(message) => vec![message],
-        End::Cancelled => vec![format!("{}: cancelled, and not written", named(output))],
+        End::Cancelled => vec![format!("{}: cancelled", named(output))],
     }
 }

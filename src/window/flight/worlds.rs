@@ -163,6 +163,7 @@ impl Flight {
         self.light_panel = LightPanel::new(EarthPlace::of_grid(store.georeference(), size.width, size.height));
         self.navigation = Navigation::new(Places::of(terrain));
         self.touch.cancel();
+        self.export_dialog.forget();
         (self.reopening, self.reading, self.path_flight) = (None, None, None);
         self.settings.sun = world.sun;
         self.settings.haze_m = world.light.haze_m;
