@@ -96,6 +96,6 @@ mod tests {
         assert_eq!(arrival("tour"), Arrival::Path);
         assert_eq!(arrival("no such file"), Arrival::World, "its error names it");
         let Arrival::Refused(cause) = arrival(&at("h.OBJ", "v 0 0 0\n")) else { panic!() };
-        assert!(cause.contains("h.OBJ: a model needs a place") && !cause.contains('\n'), "{cause}");
+        assert!(cause.contains("h.OBJ: a model has no place") && !cause.contains('\n'), "{cause}");
     }
 }
