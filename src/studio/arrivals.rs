@@ -11,7 +11,7 @@ use crate::scene::embedded;
 /// Bytes at the beginning of a CSV file in which its header is looked for.
 const HEAD_BYTES: usize = 1 << 14;
 
-/// What is done with a file.
+/// The use of a file that is dropped or chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Arrival {
     /// A scene, a DEM, a folder, a baked pyramid, or an address: its world is shown.

@@ -16,7 +16,7 @@ use crate::file::unnamed;
 use crate::gpu::device::AdapterWish;
 use crate::picture::imprint::Imprint;
 
-/// What is exported.
+/// The kind of an export: each has its own options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// A picture in pixels or on paper.
@@ -69,11 +69,11 @@ pub(crate) struct ShownView {
     pub style: String,
     /// Whether a scene may name files outside of its folder.
     pub trusts_scene: bool,
-    /// The GPU.
+    /// The choice of the GPU, as on the command line.
     pub adapter: AdapterWish,
 }
 
-/// What the dialog asks for.
+/// The options of an export, as the dialog has them.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Export {
     pub kind: Kind,

@@ -70,7 +70,7 @@ impl Recent {
     }
 }
 
-/// Returns whether a name is no path of a file: an address, or the name of something built in.
+/// Returns whether a name is an address, or that of a built-in scene or camera path, instead of the path of a file.
 pub(crate) fn is_no_path(name: &str) -> bool {
     name.contains("://") || embedded::scene(name).is_some() || embedded::path(Path::new(name)).is_some()
 }

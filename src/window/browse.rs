@@ -10,10 +10,10 @@ use rfd::{AsyncFileDialog, FileHandle};
 /// portal for dialogs answers, and `rfd` says so only in a log.
 const SHOWN: Duration = Duration::from_millis(800);
 
-/// What is chosen.
+/// The kind of a choice in the dialog of the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Wanted {
-    /// A file.
+    /// A file of any kind that hachure opens.
     File,
     /// A folder of height files.
     Folder,

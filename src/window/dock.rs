@@ -87,7 +87,7 @@ pub(super) struct Dock {
     rects: Vec<Rect>,
 }
 
-/// What is remembered of the panels.
+/// The layout of the panels as the settings file has it.
 #[derive(Serialize, Deserialize)]
 struct Saved {
     tree: Tree<Pane>,

@@ -32,7 +32,7 @@ pub(super) enum Request {
     SaveStyle,
 }
 
-/// What the dialog shows of the window.
+/// The view of the window, which the dialog exports.
 pub(super) struct Shown<'a> {
     /// The view as it would be drawn.
     pub view: &'a ShownView,

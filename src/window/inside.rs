@@ -34,7 +34,7 @@ const HELP: &[(&str, &str)] = &[
     ("picture", "The picture itself, linear"),
 ];
 
-/// What is looked at.
+/// A picture of the frame that can be shown instead of the drawing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Looked {
     /// The ink of a layer, by its index in the style that is drawn.

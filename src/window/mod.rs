@@ -176,7 +176,7 @@ pub(crate) struct FlightOptions {
     pub adapter: AdapterWish,
     /// Render continuously, and quit after this many frames.
     pub frames: Option<u64>,
-    /// What the last run has remembered.
+    /// The settings that the last run has remembered.
     pub remembered: Remembered,
     /// Eyes shown initially.
     pub eyes: Eyes,

@@ -24,7 +24,7 @@ const MAX_EVENTS: usize = 1000;
 /// Colour of the window behind the sign.
 const BACKGROUND: Color32 = Color32::from_gray(38);
 
-/// What a window consists of.
+/// The parts of a window.
 pub(super) struct Parts {
     pub overlay: Overlay,
     pub screen: Screen,

@@ -22,7 +22,7 @@ const LONGEST: Duration = Duration::from_secs(20);
 /// Interval at which tiles are looked for.
 const LOOK: Duration = Duration::from_millis(3);
 
-/// What is to be opened, and for which window.
+/// The world to open, and the window that shows it.
 pub(super) struct Wanted {
     /// The device of the window.
     pub gpu: Gpu,

@@ -14,7 +14,7 @@ use crate::scene::path::CameraPath;
 use crate::tiles::terrain::GroundHeights;
 use crate::world::path_fit;
 
-/// What a path is read for.
+/// The path to read, and the world in which it is flown.
 pub(super) struct Wanted {
     /// The file, or the name of a built-in path.
     pub path: PathBuf,

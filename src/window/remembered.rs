@@ -12,7 +12,7 @@ const TABLE: &str = "window";
 /// Least and greatest side of a window that is remembered, in pixels.
 const SIDES_PX: [u32; 2] = [200, 16_384];
 
-/// What is remembered.
+/// The settings that a window remembers.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Remembered {
     path: Option<PathBuf>,

@@ -14,7 +14,7 @@ use crate::style::Style;
 use crate::tiles::terrain::TerrainOptions;
 use crate::world::{OpenWorld, Surfaces, exaggerated};
 
-/// What the land is read for.
+/// The window and the view for which the land is read.
 pub(super) struct Wanted {
     /// The device of the window.
     pub gpu: Gpu,

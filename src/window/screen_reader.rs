@@ -9,7 +9,7 @@ use egui_winit::accesskit_winit::Adapter;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
-/// What a screen reader asks for.
+/// A request of a screen reader.
 #[derive(Debug)]
 enum Asked {
     /// The names of all widgets, from now on.

@@ -22,7 +22,7 @@ const OTHERS: usize = 2;
 /// Visible parts of an ink, 0 to 1, that count as drawn. The smaller one counts if nothing in the square has the greater.
 const DRAWN: [f32; 2] = [0.25, 0.04];
 
-/// What drew a pixel.
+/// The part of a style that drew a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Touched {
     /// A layer, by its index in the style that was drawn.
@@ -41,7 +41,7 @@ pub(super) struct AskedInk<'a> {
     pub picture: Option<&'a Target>,
 }
 
-/// What is asked, and of which picture.
+/// A question about a pixel, and the picture that it is about.
 pub(super) struct Asked<'a> {
     /// The inks of the style, from the bottom to the top.
     pub inks: Vec<AskedInk<'a>>,

@@ -15,7 +15,7 @@ const WIDTH: f32 = 300.0;
 
 /// Progress of work on another thread.
 pub(super) struct Work {
-    /// What the work is for, such as `Opening mountain.tif`.
+    /// The title of the work, such as `Opening mountain.tif`.
     pub title: String,
     state: Mutex<State>,
     stop: AtomicBool,
