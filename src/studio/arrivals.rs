@@ -51,11 +51,13 @@ pub(crate) fn arrival(name: &str) -> Arrival {
     }
 }
 
-/// Returns whether a TOML file is a scene: it names its world.
+/// Returns whether a TOML file is a scene: it names its world. In a file that is not valid, a line has the table's name.
 fn is_scene(path: &Path) -> bool {
     let text = read_text(path, LARGEST_SCENE_BYTES).unwrap_or_default();
-    let keys = toml_text::keys(&path.to_string_lossy(), &text).unwrap_or_default();
-    keys.iter().any(|key| key == "world")
+    match toml_text::keys(&path.to_string_lossy(), &text) {
+        Ok(keys) => keys.iter().any(|key| key == "world"),
+        Err(_) => text.lines().any(|line| line.trim_start().starts_with("[world]")),
+    }
 }
 
 /// Returns whether a file has the header of a camera path, or one that is meant as such.
@@ -65,6 +67,13 @@ fn is_camera_path(path: &Path) -> bool {
     let header = head.lines().find(|line| !line.starts_with('#')).unwrap_or_default().to_lowercase();
     let columns: Vec<&str> = header.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
     columns.contains(&"yaw") && columns.contains(&"pitch")
+}
+
+/// Returns a path that begins with `~/` with the user's folder in its place.
+pub(crate) fn at_home(name: &str) -> String {
+    let rest = name.strip_prefix("~/").filter(|_| !Path::new(name).exists());
+    let home = rest.and_then(|rest| Some(directories::BaseDirs::new()?.home_dir().join(rest)));
+    home.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
 }
 
 #[cfg(test)]
@@ -85,6 +94,8 @@ mod tests {
         assert_eq!(arrival(&at("a.toml", "[world]\nfile = \"dem.tif\"\n")), Arrival::World);
         assert_eq!(arrival(&at("b.toml", "extends = \"pen\"\n")), Arrival::Style);
         assert_eq!(arrival(&at("c.toml", "name = 3 =")), Arrival::Style, "the style says what is wrong");
+        let broken = at("c-scene.toml", "[world]\nfile = \"dem.tif\n");
+        assert_eq!(arrival(&broken), Arrival::World, "the scene says what is wrong");
         assert_eq!(arrival(&at("d.csv", "# mine\nt,x,y,z,yaw,pitch,fov\n0,0,0,+9,0,0,50\n")), Arrival::Path);
         // A header with a mistake is reported as that of a path.
         assert_eq!(arrival(&at("e.csv", "time, x, y, z, Yaw, Pitch\n")), Arrival::Path);
@@ -97,5 +108,14 @@ mod tests {
         assert_eq!(arrival("no such file"), Arrival::World, "its error names it");
         let Arrival::Refused(cause) = arrival(&at("h.OBJ", "v 0 0 0\n")) else { panic!() };
         assert!(cause.contains("h.OBJ: a model has no place") && !cause.contains('\n'), "{cause}");
+    }
+
+    #[test]
+    fn a_path_may_begin_at_home() {
+        assert_eq!(at_home("/data/a.tif"), "/data/a.tif");
+        assert_eq!(at_home("a~/b"), "a~/b");
+        if let Some(home) = directories::BaseDirs::new() {
+            assert_eq!(at_home("~/a.tif"), home.home_dir().join("a.tif").to_string_lossy());
+        }
     }
 }

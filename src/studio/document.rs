@@ -190,6 +190,13 @@ impl StyleDocument {
         self.revision += 1;
     }
 
+    /// Draws all layers.
+    pub(crate) fn show_all_layers(&mut self) {
+        self.hidden.clear();
+        self.solo = None;
+        self.revision += 1;
+    }
+
     /// Sets the value of a parameter. While the mouse is held, further values of the same parameter belong to the same
     /// step; [`StyleDocument::release`] ends it.
     ///

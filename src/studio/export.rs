@@ -15,6 +15,7 @@ use std::path::Path;
 use crate::file::unnamed;
 use crate::gpu::device::AdapterWish;
 use crate::picture::imprint::Imprint;
+use crate::studio::arrivals::at_home;
 
 /// The kind of an export: each has its own options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -171,9 +172,15 @@ impl Export {
         self.output = Path::new(&self.output).with_extension(ending).to_string_lossy().into_owned();
     }
 
+    /// Returns the output with the user's folder in place of `~`.
+    pub(crate) fn output_path(&self) -> String {
+        at_home(&self.output)
+    }
+
     /// Returns why the export cannot run, in one line. What only `render` knows is reported by it.
     pub(crate) fn refusal(&self) -> Option<String> {
-        let output = Path::new(&self.output);
+        let output = self.output_path();
+        let output = Path::new(&output);
         let shown = crate::file::message::named(output);
         if output.file_stem().is_none() {
             return Some("The output has no name".to_owned());
@@ -190,12 +197,13 @@ impl Export {
             return Some(error);
         }
         (output.symlink_metadata().is_ok() && !self.replaces_own())
-            .then(|| format!("{shown}: exists, and hachure did not draw it; choose another name"))
+            .then(|| format!("{shown}: exists, and is not known to be a drawing of hachure; choose another name"))
     }
 
     /// Returns whether the output replaces a file that hachure drew.
     pub(crate) fn replaces_own(&self) -> bool {
-        let output = Path::new(&self.output);
+        let output = self.output_path();
+        let output = Path::new(&output);
         output.symlink_metadata().is_ok_and(|found| found.is_file()) && unnamed::is_drawing(output)
     }
 }
@@ -220,7 +228,7 @@ mod tests {
         atomic::write(Path::new(&at("photo.png")), b"mine").unwrap();
         export.output = at("photo.png");
         let refusal = export.refusal().unwrap();
-        assert!(refusal.contains("photo.png: exists, and hachure did not draw it"), "{refusal}");
+        assert!(refusal.contains("photo.png: exists, and is not known to be a drawing"), "{refusal}");
         let notes = Notes { imprint: Some("version = 1\n"), ..Notes::default() };
         let drawn = at("drawn.png");
         let mut writer = PngWriter::create_noted(Path::new(&drawn), 1, 1, PngPixels::Rgb8, &notes).unwrap();
@@ -253,6 +261,6 @@ mod tests {
         assert_eq!(export.refusal(), None, "frames");
         (export.kind, export.output, export.paper) = (Kind::Sheets, "/nowhere/a.png".to_owned(), "a99".to_owned());
         let refusal = export.refusal().unwrap();
-        assert!(refusal.starts_with("--paper \"a99\""), "{refusal}");
+        assert!(refusal.starts_with("Paper \"a99\""), "{refusal}");
     }
 }

@@ -30,6 +30,34 @@ pub(super) enum Request {
     Run(Vec<String>, String),
     /// Save the style, or ask for its name.
     SaveStyle,
+    /// Show all layers of the style.
+    ShowLayers,
+}
+
+/// A reason why no command line draws the style of the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// It has edits that are not saved.
+    Edited,
+    /// Some of its layers are not drawn.
+    Hidden,
+}
+
+impl Refusal {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Edited => "The style has edits that are not saved, so no command line draws it.",
+            Self::Hidden => "Layers of the style are hidden, or one is drawn alone; a command line draws all of them.",
+        }
+    }
+
+    /// Returns the button that removes the reason, and what it asks for.
+    fn remedy(self) -> (&'static str, Request) {
+        match self {
+            Self::Edited => ("Save the style", Request::SaveStyle),
+            Self::Hidden => ("Show all layers", Request::ShowLayers),
+        }
+    }
 }
 
 /// The view of the window, which the dialog exports.
@@ -37,7 +65,7 @@ pub(super) struct Shown<'a> {
     /// The view as it would be drawn.
     pub view: &'a ShownView,
     /// Why no command line draws it, if none does.
-    pub refusal: Option<&'static str>,
+    pub refusal: Option<Refusal>,
     /// Size of the window's picture.
     pub window_px: [u32; 2],
 }
@@ -145,9 +173,11 @@ impl ExportDialog {
             let field = egui::TextEdit::singleline(&mut self.export.output).desired_width(ui.available_width() - 8.0);
             let field = ui.add(field);
             name(&field, "Path of the output");
+            let absolute = std::path::absolute(self.export.output_path());
+            field.on_hover_text(absolute.map_or_else(|_| String::new(), |path| path.display().to_string()));
         });
         let mut request = None;
-        let refusal = shown.refusal.map(str::to_owned).or_else(|| self.export.refusal());
+        let refusal = shown.refusal.map(|refusal| refusal.words().to_owned()).or_else(|| self.export.refusal());
         let arguments = self.export.arguments(shown.view);
         let line = quoted(&arguments);
         match &refusal {
@@ -163,7 +193,7 @@ impl ExportDialog {
             let may = refusal.is_none();
             let export = ui.add_enabled(may, egui::Button::new("Export"));
             if export.on_hover_text("Draw it in the background, with this command line").clicked() {
-                request = Some(Request::Run(arguments, self.export.output.clone()));
+                request = Some(Request::Run(arguments, self.export.output_path()));
             }
             let is_copied = self.copied.as_ref() == Some(&line);
             let copy = egui::Button::new(if is_copied { "Copied" } else { "Copy the command" });
@@ -171,8 +201,10 @@ impl ExportDialog {
                 ui.copy_text(line.clone());
                 self.copied = Some(line);
             }
-            if shown.refusal.is_some() && ui.button("Save the style").clicked() {
-                request = Some(Request::SaveStyle);
+            if let Some((label, remedy)) = shown.refusal.map(Refusal::remedy)
+                && ui.button(label).clicked()
+            {
+                request = Some(remedy);
             }
         });
         request

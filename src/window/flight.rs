@@ -122,10 +122,14 @@ pub(super) struct Flight {
     /// The camera path that is being read, and the one that is flown.
     reading: Option<Reading>,
     path_flight: Option<PathFlight>,
+    /// The camera path that is read when the world that is being opened is there.
+    path_of_opening: Option<String>,
     open_dialog: OpenDialog,
     export_dialog: ExportDialog,
     /// The exports that run.
     exports: Vec<Run>,
+    /// The messages of exports that failed, until the user has seen them.
+    failures: Vec<String>,
     /// The GPU that was asked for.
     wish: AdapterWish,
     browser: Browser,
@@ -248,9 +252,11 @@ impl Flight {
             opening: None,
             reading: None,
             path_flight: None,
+            path_of_opening: None,
             open_dialog: OpenDialog::default(),
             export_dialog: ExportDialog::default(),
             exports: Vec::new(),
+            failures: Vec::new(),
             wish: options.adapter.clone(),
             browser: Browser::default(),
             recent: Recent::open(),
@@ -502,7 +508,7 @@ impl Flight {
                 let shown = export::Shown { view, refusal: *refusal, window_px };
                 exported = self.export_dialog.show(context, &shown).or(exported.take());
             }
-            cancelled = works::show(context, works.iter().copied()).or(cancelled);
+            cancelled = works::show(context, works.iter().copied(), &self.failures).or(cancelled);
             answer = self.questions.show(context).or(answer.take());
             let go_to = &mut self.navigation.go_to;
             typed = status::show(context, free, &words, projection.as_deref(), go_to).or(typed.take());
@@ -521,8 +527,13 @@ impl Flight {
             self.answer(question, is_taken);
         }
         self.choose(choices);
-        if let Some(row) = cancelled {
-            self.on_cancel(row);
+        match cancelled {
+            Some(works::Request::Cancel(row)) => self.on_cancel(row),
+            Some(works::Request::Dismiss(row)) => {
+                self.failures.remove(row);
+                self.inspector_is_old = true;
+            }
+            None => {}
         }
         if let Some(request) = exported {
             self.on_export_request(request);

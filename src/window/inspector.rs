@@ -46,6 +46,8 @@ pub(super) enum Edit {
     Hide(String),
     /// Draw a layer alone, or all again.
     Solo(String),
+    /// Draw all layers.
+    ShowAll,
     /// Undo the last step.
     Undo,
     /// Repeat the step that was undone.
@@ -337,6 +339,7 @@ pub(super) fn apply(
         Edit::Revert => document.revert()?,
         Edit::Hide(layer) => document.toggle_hidden(&layer),
         Edit::Solo(layer) => document.toggle_solo(&layer),
+        Edit::ShowAll => document.show_all_layers(),
         Edit::Undo => return Ok(document.undo().map(|name| format!("Undone: {name}"))),
         Edit::Redo => return Ok(document.redo().map(|name| format!("Redone: {name}"))),
         Edit::Release => document.release(),

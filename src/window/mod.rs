@@ -6,6 +6,7 @@
 //! depend on a window.
 
 mod app;
+mod background;
 mod browse;
 mod camera_moves;
 mod clipboard;

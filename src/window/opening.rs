@@ -1,7 +1,6 @@
 //! A window while its world is being opened in the background: it says so, and keeps what is typed for the flight.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use egui::{Align2, Color32, RichText};
@@ -11,6 +10,7 @@ use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
 use winit::keyboard::{Key, NamedKey};
 use winit::window::Window;
 
+use super::background::{Background, NoResult};
 use super::overlay::Overlay;
 use super::screen::{Acquired, Screen};
 use super::{FlightOptions, FlightWorld, OpenWorldFn, WindowError};
@@ -37,7 +37,7 @@ pub(super) struct Opening {
     parts: Parts,
     /// The name of the world for people.
     name: String,
-    world: Receiver<anyhow::Result<FlightWorld>>,
+    world: Background<anyhow::Result<FlightWorld>>,
     begun: Instant,
     next_sign: Instant,
     /// Events that the flight handles when it begins.
@@ -73,16 +73,8 @@ impl Opening {
         window.set_title(&format!("{} — hachure", options.name));
         window.set_visible(true);
         window.request_redraw();
-        let (sender, world) = channel();
         let on_gpu = gpu.clone();
-        let work = move || {
-            // The receiver is gone if the window was closed.
-            let _ = sender.send(open(&on_gpu));
-            let _ = of_world.send_event(());
-        };
-        if let Err(error) = std::thread::Builder::new().name("world".to_owned()).spawn(work) {
-            tracing::warn!("cannot start a thread for the world: {error}");
-        }
+        let world = Background::start("world", move || open(&on_gpu), move || _ = of_world.send_event(()));
         let (name, now) = (options.name.clone(), Instant::now());
         let parts = Parts { overlay, screen, gpu, window };
         Ok(Self { parts, name, world, begun: now, next_sign: now, events: Vec::new() })
@@ -90,13 +82,9 @@ impl Opening {
 
     /// Returns the world, or why it cannot be opened, if it is known.
     pub(super) fn take(&self) -> Option<Result<FlightWorld, WindowError>> {
-        match self.world.try_recv() {
-            Ok(world) => Some(world.map_err(WindowError::World)),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => {
-                Some(Err(WindowError::World(anyhow::anyhow!("the world cannot be opened"))))
-            }
-        }
+        let world = self.world.take()?;
+        let world = world.unwrap_or_else(|NoResult| Err(anyhow::anyhow!("the world cannot be opened, for an unknown reason")));
+        Some(world.map_err(WindowError::World))
     }
 
     /// Returns the parts of the window, and the events that have been kept.

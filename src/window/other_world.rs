@@ -1,10 +1,10 @@
 //! Opens another world in the background, while the window shows the present one.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
 use super::FlightWorld;
+use super::background::{Background, NoResult};
 use super::works::Work;
 use crate::file::message::{chain, named};
 use crate::frame::{self, Light};
@@ -46,7 +46,7 @@ pub(super) struct OtherWorld {
     pub name: String,
     /// How far it is.
     pub work: Arc<Work>,
-    done: Receiver<Result<Box<FlightWorld>, String>>,
+    done: Background<Result<Box<FlightWorld>, String>>,
 }
 
 impl OtherWorld {
@@ -55,27 +55,16 @@ impl OtherWorld {
         let name = wanted.name.clone().unwrap_or_default();
         let title = format!("Opening {}", super::title(wanted.name.as_deref()));
         let work = Arc::new(Work::new(title, wake));
-        let (sender, done) = channel();
-        let of_thread = Arc::clone(&work);
-        let open = move || {
-            let done = open(wanted, &of_thread).map(Box::new);
-            // The receiver is gone if the work was cancelled or the window closed.
-            let _ = sender.send(done);
-            of_thread.wake();
-        };
-        if let Err(error) = std::thread::Builder::new().name("world".to_owned()).spawn(open) {
-            tracing::warn!("cannot start a thread for a world: {error}");
-        }
+        let [of_thread, at_end] = [Arc::clone(&work), Arc::clone(&work)];
+        let open = move || open(wanted, &of_thread).map(Box::new);
+        let done = Background::start("world", open, move || at_end.wake());
         Self { name, work, done }
     }
 
     /// Takes the world, or why it could not be opened; `None` while it is being opened.
     pub(super) fn take(&self) -> Option<Result<Box<FlightWorld>, String>> {
-        match self.done.try_recv() {
-            Ok(done) => Some(done),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err(format!("{}: cannot be opened", named(&self.name)))),
-        }
+        let done = self.done.take()?;
+        Some(done.unwrap_or_else(|NoResult| Err(format!("{}: cannot be opened, for an unknown reason", named(&self.name)))))
     }
 }
 
@@ -130,6 +119,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 
     use std::path::Path;
+    use std::sync::mpsc::channel;
 
     use super::*;
     use crate::pyramid::{BakeOptions, PyramidError, bake, store};

@@ -4,9 +4,9 @@
 //! compared with the world.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
+use super::background::{Background, NoResult};
 use crate::file::message::named;
 use crate::scene::World;
 use crate::scene::camera::Camera;
@@ -38,31 +38,19 @@ pub(super) struct Read {
 }
 
 /// A path that is being read.
-pub(super) struct Reading(Receiver<Result<Read, String>>, PathBuf);
+pub(super) struct Reading(Background<Result<Read, String>>, PathBuf);
 
 impl Reading {
     /// Begins to read a path, and calls `wake` when it is read.
     pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + 'static) -> Self {
-        let (sender, done) = channel();
         let path = wanted.path.clone();
-        let work = move || {
-            // The receiver is gone if the world has changed or the window was closed.
-            let _ = sender.send(read(wanted));
-            wake();
-        };
-        if let Err(error) = std::thread::Builder::new().name("camera path".to_owned()).spawn(work) {
-            tracing::warn!("cannot start a thread for a camera path: {error}");
-        }
-        Self(done, path)
+        Self(Background::start("camera path", move || read(wanted), wake), path)
     }
 
     /// Takes the path, or why it cannot be flown; `None` while it is being read.
     pub(super) fn take(&self) -> Option<Result<Read, String>> {
-        match self.0.try_recv() {
-            Ok(done) => Some(done),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err(format!("{}: cannot be read", named(&self.1)))),
-        }
+        let done = self.0.take()?;
+        Some(done.unwrap_or_else(|NoResult| Err(format!("{}: cannot be read", named(&self.1)))))
     }
 }
 

@@ -1,8 +1,8 @@
 //! Reads the land again with another exaggeration, in the background, while the window shows the present land.
 
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
+use super::background::{Background, NoResult};
 use super::other_world::settle;
 use crate::frame::Light;
 use crate::gpu::Gpu;
@@ -36,32 +36,20 @@ pub(super) struct Wanted {
 pub(super) struct Reopening {
     /// Its exaggeration.
     pub factor: f64,
-    done: Receiver<Result<Surfaces, String>>,
+    done: Background<Result<Surfaces, String>>,
 }
 
 impl Reopening {
     /// Begins to read the land, and calls `wake` when it is there.
     pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + 'static) -> Self {
         let factor = wanted.scene.vertical_exaggeration;
-        let (sender, done) = channel();
-        let work = move || {
-            // The receiver is gone if the window was closed.
-            let _ = sender.send(read(wanted));
-            wake();
-        };
-        if let Err(error) = std::thread::Builder::new().name("heights".to_owned()).spawn(work) {
-            tracing::warn!("cannot start a thread for heights: {error}");
-        }
-        Self { factor, done }
+        Self { factor, done: Background::start("heights", move || read(wanted), wake) }
     }
 
     /// Takes the land, or why it could not be read; `None` while it is being read.
     pub(super) fn take(&self) -> Option<Result<Surfaces, String>> {
-        match self.done.try_recv() {
-            Ok(done) => Some(done),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err("the heights could not be read again".to_owned())),
-        }
+        let done = self.done.take()?;
+        Some(done.unwrap_or_else(|NoResult| Err("the heights could not be read again".to_owned())))
     }
 }
 

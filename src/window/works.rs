@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use egui::{Align2, ProgressBar, RichText};
 
+use super::panel::WARNING;
 use crate::source::Progress;
 
 /// Shortest time between two frames for the same bar.
@@ -79,11 +80,26 @@ impl Progress for Work {
     }
 }
 
-/// Shows work at the bottom of the window. Returns the index of one that the user cancels.
-pub(super) fn show<'a>(context: &egui::Context, works: impl Iterator<Item = &'a Work>) -> Option<usize> {
+/// A request of the user about a row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Request {
+    /// Cancel the work with this index.
+    Cancel(usize),
+    /// Remove the failure with this index.
+    Dismiss(usize),
+}
+
+/// Shows work, and messages of work that failed, at the bottom of the window. Returns what the user asks for.
+pub(super) fn show<'a>(
+    context: &egui::Context,
+    works: impl Iterator<Item = &'a Work>,
+    failures: &[String],
+) -> Option<Request> {
     let mut works = works.enumerate().peekable();
-    works.peek()?;
-    let mut cancelled = None;
+    if works.peek().is_none() && failures.is_empty() {
+        return None;
+    }
+    let mut request = None;
     let area = egui::Area::new(egui::Id::unique("works")).order(egui::Order::Foreground);
     area.anchor(Align2::CENTER_BOTTOM, [0.0, -44.0]).show(context, |ui| {
         egui::Frame::window(ui.style()).show(ui, |ui| {
@@ -96,12 +112,22 @@ pub(super) fn show<'a>(context: &egui::Context, works: impl Iterator<Item = &'a 
                     ui.ctx()
                         .accesskit_node_builder(cancel.id, |node| node.set_label(format!("Cancel: {}", work.title)));
                     if cancel.clicked() {
-                        cancelled = Some(index);
+                        request = Some(Request::Cancel(index));
                     }
                     ui.add(ProgressBar::new(done).desired_height(14.0).text(RichText::new(step).small()));
                 });
             }
+            for (index, failure) in failures.iter().enumerate() {
+                ui.horizontal(|ui| {
+                    let dismiss = ui.button("Dismiss").on_hover_text("Remove this message");
+                    ui.ctx().accesskit_node_builder(dismiss.id, |node| node.set_label(format!("Dismiss: {failure}")));
+                    if dismiss.clicked() {
+                        request = Some(Request::Dismiss(index));
+                    }
+                    ui.add(egui::Label::new(RichText::new(failure).color(WARNING)).wrap());
+                });
+            }
         });
     });
-    cancelled
+    request
 }

@@ -85,6 +85,8 @@ impl Export {
             (more.eyes, more.ipd, more.convergence) = (None, None, None);
         } else {
             more.eyes = Some(self.eyes.to_owned());
+            // A window that shows one eye has no distance between eyes; that of a person shows no depth in mountains.
+            more.ipd.get_or_insert_with(|| "auto".to_owned());
         }
         if self.kind == Kind::Film {
             more.time_s = None;
@@ -149,7 +151,7 @@ impl Export {
             AdapterWish::Software => add("--adapter=software".to_owned()),
             AdapterWish::Name(name) => add(format!("--adapter={name}")),
         }
-        add(format!("--output={}", self.output));
+        add(format!("--output={}", self.output_path()));
         arguments
     }
 

@@ -28,6 +28,10 @@ impl Page {
     /// # Errors
     /// One line about the wrong option.
     pub(crate) fn of(export: &Export) -> Result<Self, String> {
+        Self::of_options(export).map_err(|error| in_dialog(&error))
+    }
+
+    fn of_options(export: &Export) -> Result<Self, String> {
         let whole = |size: [f64; 2], words: String| Self {
             size,
             picture: [0.0, 0.0, size[0], size[1]],
@@ -76,6 +80,19 @@ impl Page {
     }
 }
 
+/// Returns an error about an option of the command line with the name that the option has in the dialog.
+fn in_dialog(error: &str) -> String {
+    const NAMES: [(&str, &str); 5] = [
+        ("--sheets-overlap", "Overlap"),
+        ("--sheets", "Sheets"),
+        ("--paper", "Paper"),
+        ("--margin", "Margin"),
+        ("--size", "Pixels"),
+    ];
+    let renamed = NAMES.iter().find_map(|(option, name)| Some(format!("{name}{}", error.strip_prefix(option)?)));
+    renamed.unwrap_or_else(|| error.to_owned())
+}
+
 /// Returns the windows of sheets on their poster, in its units.
 fn cuts(sheets: &Sheets) -> Vec<[f64; 4]> {
     let step = sheets.window.map(|side| side - sheets.overlap);
@@ -107,13 +124,13 @@ mod tests {
         assert!((page.picture[0] - 10.0).abs() < 1e-9 && (page.picture[2] - 400.0).abs() < 1e-9, "{page:?}");
         assert!((page.picture[1] - 36.0).abs() < 1e-9 && (page.picture[3] - 225.0).abs() < 1e-9, "{page:?}");
         export.margin_mm = 200.0;
-        assert!(Page::of(&export).unwrap_err().starts_with("--margin 200"));
+        assert!(Page::of(&export).unwrap_err().starts_with("Margin 200"));
         export.set_kind(Kind::Picture);
         assert_eq!(Page::of(&export).unwrap().words, "420 × 297 mm, 4961 × 3508 px");
         export.is_portrait = true;
         assert_eq!(Page::of(&export).unwrap().size, [297.0, 420.0]);
         (export.paper, export.dpi) = ("a0".to_owned(), 1e6);
-        assert!(Page::of(&export).unwrap_err().starts_with("--paper: at 1000000 dots per inch"));
+        assert!(Page::of(&export).unwrap_err().starts_with("Paper: at 1000000 dots per inch"));
     }
 
     #[test]
@@ -129,6 +146,6 @@ mod tests {
         let [first, second] = [page.cuts[0], page.cuts[1]];
         assert!((first[0] + first[2] - second[0] - 10.0).abs() < 0.2, "an overlap of 10 mm: {first:?} {second:?}");
         export.sheets = "10x10".to_owned();
-        assert!(Page::of(&export).unwrap_err().starts_with("--sheets"));
+        assert!(Page::of(&export).unwrap_err().starts_with("Sheets"));
     }
 }

@@ -7,13 +7,13 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::file::message::printable;
 use crate::file::progress_lines;
 use crate::source::Progress;
+use crate::window::background::{Background, NoResult};
 use crate::window::works::Work;
 
 /// Interval at which the program is looked at.
@@ -42,8 +42,7 @@ pub(in crate::window) struct Run {
     pub work: Arc<Work>,
     /// The path of the output.
     pub output: String,
-    end: Receiver<End>,
-    thread: Option<JoinHandle<()>>,
+    end: Background<End>,
 }
 
 impl Run {
@@ -59,27 +58,15 @@ impl Run {
         let mut command = Command::new(program);
         command.args(arguments).env(progress_lines::VARIABLE, progress_lines::LINES);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let (sender, end) = channel();
-        let of_thread = Arc::clone(&work);
-        let run = move || {
-            // The receiver is gone if the window was closed.
-            let _ = sender.send(run(command, &of_thread));
-            of_thread.wake();
-        };
-        let thread = std::thread::Builder::new().name("export".to_owned()).spawn(run);
-        if let Err(error) = &thread {
-            tracing::warn!("cannot start a thread for an export: {error}");
-        }
-        Self { work, output: output.to_owned(), end, thread: thread.ok() }
+        let [of_thread, at_end] = [Arc::clone(&work), Arc::clone(&work)];
+        let end = Background::start("export", move || run(command, &of_thread), move || at_end.wake());
+        Self { work, output: output.to_owned(), end }
     }
 
     /// Takes the end of the export; `None` while it is running.
     pub(in crate::window) fn take(&self) -> Option<End> {
-        match self.end.try_recv() {
-            Ok(end) => Some(end),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(End::Failed("the export could not be started".to_owned())),
-        }
+        let end = self.end.take()?;
+        Some(end.unwrap_or_else(|NoResult| End::Failed("the export could not be started".to_owned())))
     }
 }
 
@@ -87,11 +74,7 @@ impl Drop for Run {
     /// Cancels the export, and waits until its files are removed.
     fn drop(&mut self) {
         self.work.cancel();
-        if let Some(thread) = self.thread.take()
-            && thread.join().is_err()
-        {
-            tracing::warn!("the thread of an export failed");
-        }
+        self.end.wait();
     }
 }
 
@@ -177,6 +160,8 @@ fn read(stream: impl Read, work: Option<&Work>) -> Vec<String> {
 #[cfg(all(test, unix))]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use std::sync::mpsc::{Receiver, channel};
 
     use super::*;
 

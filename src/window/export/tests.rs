@@ -36,7 +36,7 @@ fn harness<'a>(size: egui::Vec2, is_edited: bool) -> Harness<'a, Bench> {
     let mut harness = harness.build_ui_state(
         |ui, bench: &mut Bench| {
             let Bench { view, is_edited, .. } = bench;
-            let shown = Shown { view, refusal: is_edited.then_some("edited"), window_px: [1280, 720] };
+            let shown = Shown { view, refusal: is_edited.then_some(Refusal::Edited), window_px: [1280, 720] };
             let request = bench.dialog.show(ui.ctx(), &shown);
             bench.requests.extend(request);
         },

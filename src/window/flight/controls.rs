@@ -291,7 +291,7 @@ impl Flight {
                 Ok(path) => {
                     let path = std::path::absolute(&path).unwrap_or(path);
                     tracing::info!("wrote {}", path.display());
-                    format!("wrote {}", path.display())
+                    format!("Wrote {}", path.display())
                 }
                 // A full disk must not end the flight.
                 Err(error) => error,

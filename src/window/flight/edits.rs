@@ -75,7 +75,7 @@ impl Flight {
         }
         self.unsaved.keep(document);
         self.inspector_is_old = true;
-        format!("wrote {}", document.name())
+        format!("Wrote {}", document.name())
     }
 
     fn save_as(&mut self, style: usize, path: &str, extends: Option<&str>) -> String {
@@ -84,7 +84,7 @@ impl Flight {
             Ok(saved) => saved,
             Err(error) => return error.to_string(),
         };
-        let text = format!("wrote {}", saved.name());
+        let text = format!("Wrote {}", saved.name());
         // The edits are in the new file; the old style is again as it is saved.
         if let Err(error) = document.revert() {
             tracing::warn!("{error}");
@@ -174,7 +174,7 @@ impl Flight {
             match reload(document) {
                 Ok(Reloaded::Unchanged) => _ = self.file_errors.remove(&style),
                 Ok(Reloaded::Changed) => {
-                    let text = format!("read {} again", document.name());
+                    let text = format!("Read {} again", document.name());
                     self.file_errors.remove(&style);
                     self.document_changed(style);
                     self.say(About::Edit, text, TOAST);
@@ -204,8 +204,9 @@ impl Flight {
             self.say(About::Quitting, text, TOAST);
             return false;
         }
+        let cancels = if self.exports.is_empty() { "" } else { " An export is running and would be cancelled." };
         let text = format!(
-            "Edits are not saved: {}. To leave without saving, {how}; the next start offers them.",
+            "Edits are not saved: {}. To leave without saving, {how}; the next start offers them.{cancels}",
             names.join(", ")
         );
         self.leaves = true;

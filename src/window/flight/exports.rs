@@ -6,15 +6,13 @@ use super::{Flight, TOAST};
 use crate::file::message::named;
 use crate::studio::document::StyleDocument;
 use crate::studio::export::ShownView;
-use crate::window::export::Request;
+use crate::window::export::{Refusal, Request};
 use crate::window::export::run::{End, Run};
+use crate::window::inspector::Edit;
 use crate::window::toasts::About;
 
 /// Largest number of exports that run at once: each takes as much memory as a window.
 const MOST: usize = 2;
-/// Why a style cannot be named on a command line.
-const EDITED: &str = "The style has edits that are not saved, so no command line draws it.";
-const HIDDEN: &str = "Layers of the style are hidden, or one is drawn alone; a command line draws all of them.";
 
 impl Flight {
     /// Opens or closes the export dialog.
@@ -29,11 +27,11 @@ impl Flight {
     }
 
     /// Returns the present view for the dialog, and why no command line draws it, if none does.
-    pub(super) fn shown_view(&self) -> (ShownView, Option<&'static str>) {
+    pub(super) fn shown_view(&self) -> (ShownView, Option<Refusal>) {
         let style = self.settings.style;
         let refusal = self.styles.document(style).and_then(|document| match document {
-            edited if edited.is_edited() => Some(EDITED),
-            hidden if hidden.drawn() != *hidden.style() => Some(HIDDEN),
+            edited if edited.is_edited() => Some(Refusal::Edited),
+            hidden if hidden.drawn() != *hidden.style() => Some(Refusal::Hidden),
             _ => None,
         });
         let view = ShownView {
@@ -50,6 +48,7 @@ impl Flight {
         self.inspector_is_old = true;
         match request {
             Request::SaveStyle => self.save_or_ask(),
+            Request::ShowLayers => self.apply(vec![Edit::ShowAll], self.settings.style),
             Request::Run(..) if self.exports.len() >= MOST => {
                 self.say(About::File, format!("{MOST} exports are running; wait for one, or cancel it"), TOAST);
             }
@@ -79,9 +78,15 @@ impl Flight {
             None => true,
         });
         for (output, end) in ended {
+            let has_failed = matches!(end, End::Failed(_));
             let texts = report(&output, end);
             texts.iter().for_each(|text| tracing::info!("{text}"));
-            self.say(About::File, texts.join("\n"), 2 * TOAST);
+            // An export may take an hour: nobody watches a message that goes by itself.
+            if has_failed {
+                self.failures.extend(texts);
+            } else {
+                self.say(About::File, texts.join("\n"), 2 * TOAST);
+            }
         }
         has_news
     }
@@ -108,7 +113,7 @@ impl Flight {
 fn report(output: &str, end: End) -> Vec<String> {
     let path = std::path::absolute(output).map_or_else(|_| output.to_owned(), |path| path.display().to_string());
     match end {
-        End::Written(messages) => std::iter::once(format!("wrote {path}")).chain(messages).collect(),
+        End::Written(messages) => std::iter::once(format!("Wrote {path}")).chain(messages).collect(),
         End::Failed(message) => vec![message],
         End::Cancelled => vec![format!("{}: cancelled", named(output))],
     }

@@ -8,7 +8,7 @@ use winit::event::WindowEvent;
 use super::{Flight, LastPicture, TOAST, ground_m};
 use crate::file::message::named;
 use crate::source::EarthPlace;
-use crate::studio::arrivals::{Arrival, arrival};
+use crate::studio::arrivals::{Arrival, arrival, at_home};
 use crate::studio::document::StyleDocument;
 use crate::tiles::terrain::{Prepared, TerrainOptions};
 use crate::window::FlightWorld;
@@ -105,6 +105,7 @@ impl Flight {
     fn open_world(&mut self, name: Option<&str>) {
         if let Some(before) = self.opening.take() {
             before.work.cancel();
+            self.path_of_opening = None;
         }
         let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..*self.terrain_options() };
         let wanted = Wanted {
@@ -128,6 +129,7 @@ impl Flight {
     pub(super) fn cancel_opening(&mut self) {
         if let Some(opening) = self.opening.take() {
             opening.work.cancel();
+            self.path_of_opening = None;
             self.inspector_is_old = true;
             self.say(About::File, format!("{}: cancelled", opening.work.title), TOAST);
         }
@@ -148,7 +150,10 @@ impl Flight {
                 self.open_dialog.close();
                 self.enter(*world);
             }
-            Err(error) => self.cannot_open(error),
+            Err(error) => {
+                let unread = self.path_of_opening.take().map(|path| format!("{}: not read either", named(&path)));
+                self.cannot_open(std::iter::once(error).chain(unread).collect::<Vec<_>>().join("\n"));
+            }
         }
         true
     }
@@ -165,6 +170,7 @@ impl Flight {
         self.touch.cancel();
         self.export_dialog.forget();
         (self.reopening, self.reading, self.path_flight) = (None, None, None);
+        let of_this_world = self.path_of_opening.take();
         self.settings.sun = world.sun;
         self.settings.haze_m = world.light.haze_m;
         self.settings.exaggeration = world.surfaces.exaggeration();
@@ -172,10 +178,13 @@ impl Flight {
         let pose = self.start.pose();
         self.last = LastPicture { pose, prepared: Prepared::default(), tiles_loaded: 0, ..self.last };
         self.window.set_title(&format!("{} — hachure", world.name));
-        self.say(About::File, format!("opened {}", world.name), TOAST);
+        self.say(About::File, format!("Opened {}", world.name), TOAST);
         self.world = world;
         self.begin_again();
         self.thumbnails.wake(Instant::now());
+        if let Some(path) = of_this_world {
+            self.open_path(&path);
+        }
     }
 
     /// Begins with a new renderer, because the history is of another land. The last picture stays until the first one is
@@ -205,8 +214,12 @@ impl Flight {
         self.stale = true;
     }
 
-    /// Begins to read a camera path.
+    /// Begins to read a camera path. While another world is being opened, the path is meant for that world and waits.
     fn open_path(&mut self, name: &str) {
+        if self.opening.is_some() {
+            self.path_of_opening = Some(name.to_owned());
+            return;
+        }
         let wanted = path_flight::Wanted {
             path: PathBuf::from(name),
             world_name: self.world.world.clone(),
@@ -261,13 +274,6 @@ fn dropped(event: &WindowEvent) -> Option<&Path> {
     }
 }
 
-/// Returns a path that begins with `~/` with the user's folder in its place.
-fn at_home(name: &str) -> String {
-    let rest = name.strip_prefix("~/").filter(|_| !Path::new(name).exists());
-    let home = rest.and_then(|rest| Some(directories::BaseDirs::new()?.home_dir().join(rest)));
-    home.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
-}
-
 /// Returns which files of one drop are opened, in order: of several height files none, because only their folder says
 /// that they are one world.
 ///
@@ -298,15 +304,6 @@ mod tests {
         assert_eq!(dropped(&WindowEvent::DroppedFile(path.clone())), Some(&*path));
         assert_eq!(dropped(&WindowEvent::HoveredFile(path)), None);
         assert_eq!(dropped(&WindowEvent::HoveredFileCancelled), None);
-    }
-
-    #[test]
-    fn a_path_may_begin_at_home() {
-        assert_eq!(at_home("/data/a.tif"), "/data/a.tif");
-        assert_eq!(at_home("a~/b"), "a~/b");
-        if let Some(home) = directories::BaseDirs::new() {
-            assert_eq!(at_home("~/a.tif"), home.home_dir().join("a.tif").to_string_lossy());
-        }
     }
 
     #[test]
