@@ -1,10 +1,11 @@
 //! The studio, as far as it needs no window: a style that is being edited, with its history and its file.
 //!
 //! [`document`] holds the text of a style with everything that follows from it, and is the only way to change it.
-//! [`controls`] moves several parameters at once, [`export`] makes command lines of exports, [`favourites`] is part of the settings file, [`folder`] finds style
-//! files, [`history`] keeps the steps that can be undone, [`arrivals`] says what a dropped file is, [`recent`] lists the
-//! files that were opened last, [`rows`] lists what an inspector shows, [`unsaved`] keeps edits over a
-//! crash, and [`watch`] reports when files change outside of the program.
+//! [`controls`] moves several parameters at once, [`export`] makes command lines of exports, [`favourites`]
+//! is part of the settings file, [`folder`] finds style files, [`history`] keeps the steps that can be undone,
+//! [`arrivals`] says what a dropped file is, [`recent`] lists the files that were opened last, [`rows`] lists what an
+//! inspector shows, [`swatch`] draws small pictures of recipes, [`unsaved`] keeps edits over a crash, and [`watch`]
+//! reports when files change outside of the program.
 
 pub(crate) mod arrivals;
 mod controls;
@@ -17,6 +18,7 @@ pub(crate) mod recent;
 pub(crate) mod rows;
 mod saving;
 pub(crate) mod settings_file;
+pub(crate) mod swatch;
 pub(crate) mod unsaved;
 pub(crate) mod watch;
 

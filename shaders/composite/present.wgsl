@@ -11,11 +11,13 @@ struct Present {
     // Rows that give red, green and blue from the left eye's linear colour, and from the right eye's.
     left_mix: array<vec4<f32>, 3>,
     right_mix: array<vec4<f32>, 3>,
+    // For two styles: where the right one begins, as a part of the window's width.
+    divider: f32,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
 @group(0) @binding(1) var picture: texture_2d<f32>;
-// The right eye's picture; only `pair` reads it.
+// The right eye's picture, or that of the right style; `fragment` does not read it.
 @group(0) @binding(2) var right_picture: texture_2d<f32>;
 
 @vertex
@@ -42,6 +44,15 @@ fn pair(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         color[i] = dot(present.left_mix[i].xyz, left) + dot(present.right_mix[i].xyz, right);
     }
     return encoded(clamp(color, vec3<f32>(0.0), vec3<f32>(1.0)));
+}
+
+@fragment
+fn divided(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+    let place = at.xy / present.window_px;
+    if place.x < present.divider {
+        return encoded(scaled(picture, place));
+    }
+    return encoded(scaled(right_picture, place));
 }
 
 fn encoded(color: vec3<f32>) -> vec4<f32> {

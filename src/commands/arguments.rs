@@ -5,13 +5,14 @@ use std::path::Path;
 use anyhow::bail;
 
 use super::misuse::{Misuse, mistyped_command};
-use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
+use crate::file::input::{LARGEST_SCENE_BYTES, LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::{did_you_mean, named, quoted};
 use crate::file::toml_text;
 use crate::scene::embedded;
 use crate::scene::path::CameraPath;
 use crate::scene::ranges::NumberRange;
-use crate::style::{Style, StyleError};
+use crate::style::set::{self, SetValue};
+use crate::style::{Style, StyleError, preset_text};
 use crate::tones::hatching::maps;
 
 /// Returns a parser of the numbers in a range, which imprints and scene files check too.
@@ -53,6 +54,51 @@ pub(crate) fn style(name: &str) -> anyhow::Result<Style> {
     })?;
     maps::check(&style)?;
     Ok(style)
+}
+
+/// Loads a style like [`style`], with other values at some keys.
+///
+/// # Errors
+/// Those of [`style`], and [`Misuse`] for a value.
+pub(crate) fn style_with(name: &str, values: &[SetValue]) -> anyhow::Result<Style> {
+    let before = style(name)?;
+    if values.is_empty() {
+        return Ok(before);
+    }
+    let text = match preset_text(name) {
+        Some(text) => text.to_owned(),
+        None => read_text(Path::new(name), LARGEST_STYLE_BYTES)
+            .map_err(|source| StyleError::Read { path: name.to_owned(), source })?,
+    };
+    let text = set::with_values(name, &text, &before, values).map_err(of_set)?;
+    let mut style = Style::parse(name, &text).map_err(of_set)?;
+    style.files.extend(before.files.into_iter().filter(|file| file == Path::new(name)));
+    maps::check(&style)?;
+    Ok(style)
+}
+
+/// Returns a style of a picture with other values at some keys. Recipes that are files are those of the picture.
+///
+/// # Errors
+/// [`Misuse`] for a value.
+pub(crate) fn with_values(style: Style, values: &[SetValue]) -> anyhow::Result<Style> {
+    if values.is_empty() {
+        return Ok(style);
+    }
+    let text = set::with_values(&style.name, &style.text(), &style, values).map_err(of_set)?;
+    let changed = Style::parse_with(&style.name, &text, &style.recipe_files()).map_err(of_set)?;
+    maps::check(&changed)?;
+    Ok(changed)
+}
+
+/// Returns the error of a value that was set. Its line in the text of the style would not help.
+fn of_set(error: StyleError) -> Misuse {
+    let cause = match error {
+        StyleError::Parse(error) => error.cause,
+        StyleError::Named { place, .. } => place.cause,
+        other => other.to_string(),
+    };
+    Misuse(format!("--set: {cause}"))
 }
 
 /// Checks that WORLD exists, if it is a file.

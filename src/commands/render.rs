@@ -47,6 +47,7 @@ use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
+use crate::style::set::SetValue;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
 use crate::world::{self, OpenWorld, WorldError, path_fit};
@@ -69,6 +70,10 @@ pub(crate) struct RenderArgs {
     /// Preset (`hachure styles` lists them) or style file [default: ink]
     #[arg(long)]
     pub style: Option<String>,
+    /// Give a parameter of the style another value, such as strokes.width_px=2; may be repeated (`hachure styles show
+    /// STYLE --all` lists the keys)
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    pub set: Vec<SetValue>,
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
@@ -273,8 +278,8 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     check_eyes(args, &kind)?;
     check_antialias(args, &kind)?;
     let style = match liked.style {
-        Some(style) => style,
-        None => arguments::style(args.style.as_deref().unwrap_or(STYLE))?,
+        Some(style) => arguments::with_values(style, &args.set)?,
+        None => arguments::style_with(args.style.as_deref().unwrap_or(STYLE), &args.set)?,
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;

@@ -18,6 +18,13 @@ pub(crate) enum Shown<'a> {
         /// The anaglyph glasses for which both pictures are mixed in the same pixels; `None` shows them side by side.
         glasses: Option<Glasses>,
     },
+    /// Two pictures of the same view, each on its side of a divider.
+    Divided {
+        left: &'a Target,
+        right: &'a Target,
+        /// The divider, as a part of the window's width.
+        at: f32,
+    },
 }
 
 /// The pass that presents to a window.
@@ -46,10 +53,12 @@ impl PresentPass {
         let mixed = |mix: &Mix| mix.map(|[red, green, blue]| [red, green, blue, 0.0]);
         let (side_by_side, [left_mix, right_mix]) = match shown {
             Shown::Pair { glasses: Some(glasses), .. } => (0, glasses.mixes().map(mixed)),
-            Shown::Pair { glasses: None, .. } | Shown::One(_) => (1, Default::default()),
+            Shown::Pair { glasses: None, .. } | Shown::One(_) | Shown::Divided { .. } => (1, Default::default()),
         };
+        let divider = if let Shown::Divided { at, .. } = shown { at } else { 0.0 };
         let encode = u32::from(!self.format.is_srgb());
-        let uniform = PresentUniform { encode, side_by_side, window_px, left_mix, right_mix };
+        let uniform =
+            PresentUniform { encode, side_by_side, window_px, left_mix, right_mix, divider, pad_0: Default::default() };
         let mut resources = vec![("present", self.full_screen.uniform(gpu, "present", &uniform))];
         let fragment = match shown {
             Shown::One(picture) => {
@@ -59,6 +68,10 @@ impl PresentPass {
             Shown::Pair { left, right, .. } => {
                 resources.extend([("picture", left.into()), ("right_picture", right.into())]);
                 "pair"
+            }
+            Shown::Divided { left, right, .. } => {
+                resources.extend([("picture", left.into()), ("right_picture", right.into())]);
+                "divided"
             }
         };
         let pass = ("composite/present", fragment);

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use toml_edit::Value;
+use toml_edit::{DocumentMut, Item, Value};
 
 use super::controls::Controls;
 use super::history::History;
@@ -13,7 +13,8 @@ use super::rows::{self, Row, Section, title};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::style::extends::{extended, whole};
 use crate::style::layers::{LayerEdit, with_layer_edit};
-use crate::style::parameters::{ValueKind, restore, set};
+use crate::style::parameters::{find, restore, set};
+use crate::style::set::{SetValue, value_of, with_values};
 use crate::style::{Style, StyleError, preset_text};
 use crate::tones::hatching::maps;
 
@@ -155,6 +156,21 @@ impl StyleDocument {
         self.sections.iter().flat_map(|section| &section.rows).find(|row| row.key == key)
     }
 
+    /// Returns the values that turn the style that is saved into the present one; `None` if values alone do not, because
+    /// layers were added, removed or moved.
+    pub(crate) fn set_values(&self) -> Option<Vec<SetValue>> {
+        let saved: DocumentMut = self.saved.parse().ok()?;
+        let rows = self.sections.iter().flat_map(|section| &section.rows);
+        let changed = rows.filter_map(|row| {
+            let before = find(saved.as_item(), &row.key).and_then(Item::as_value);
+            let before = before.or_else(|| row.definition.default.as_ref()?.as_value());
+            row.set_value().filter(|now| before.map(rows::bare).as_ref() != Some(&now.text))
+        });
+        let values: Vec<SetValue> = changed.collect();
+        let text = with_values(&self.name, &self.saved, &self.style, &values).ok()?;
+        (self.parsed_edit(&text).ok()? == self.style).then_some(values)
+    }
+
     /// Returns a number that grows with every change of what is drawn.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
@@ -212,14 +228,8 @@ impl StyleDocument {
     /// # Errors
     /// The value is not allowed; then nothing changes.
     pub(crate) fn set_text(&mut self, key: &str, text: &str) -> Result<(), StyleError> {
-        let text = text.trim();
-        let takes_text = self.row(key).is_some_and(|row| {
-            matches!(row.definition.kind, ValueKind::Text | ValueKind::Color | ValueKind::Choice(_))
-        });
-        match text.parse::<Value>() {
-            Ok(value) if !takes_text || value.is_str() => self.set(key, value),
-            _ => self.set(key, text),
-        }
+        let value = value_of(self.row(key).map(|row| &row.definition.kind), text);
+        self.set(key, value)
     }
 
     /// Gives a parameter its default value.

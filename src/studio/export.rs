@@ -5,9 +5,9 @@
 mod command;
 mod page;
 
-pub(crate) use command::quoted;
 #[cfg(test)]
 pub(crate) use command::view_arguments;
+pub(crate) use command::{quote, quoted};
 pub(crate) use page::Page;
 
 use std::path::Path;
@@ -16,6 +16,7 @@ use crate::file::unnamed;
 use crate::gpu::device::AdapterWish;
 use crate::picture::imprint::Imprint;
 use crate::studio::arrivals::at_home;
+use crate::style::set::SetValue;
 
 /// The kind of an export: each has its own options.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +69,8 @@ pub(crate) struct ShownView {
     pub imprint: Imprint,
     /// Name of the preset or path of the style file.
     pub style: String,
+    /// The values that its edits which are not saved give to parameters.
+    pub set: Vec<SetValue>,
     /// Whether a scene may name files outside of its folder.
     pub trusts_scene: bool,
     /// The choice of the GPU, as on the command line.

@@ -5,6 +5,7 @@ use toml_edit::{Item, Value};
 use crate::style::Style;
 use crate::style::layers::most_of_kind;
 use crate::style::parameters::{Definition, Parameter, Setting, ValueKind, find, parameters_of};
+use crate::style::set::SetValue;
 
 /// A section of a style with its parameters.
 #[derive(Clone, Debug)]
@@ -51,6 +52,23 @@ pub(crate) struct Row {
     pub value: Option<Value>,
     /// Why the parameter has no effect in this style, if it has none.
     pub without_effect: Option<&'static str>,
+}
+
+impl Row {
+    /// Returns the key and the value as the option `--set` takes them, if there is a value.
+    pub(crate) fn set_value(&self) -> Option<SetValue> {
+        Some(SetValue { key: self.key.clone(), text: bare(self.value.as_ref()?) })
+    }
+}
+
+/// Returns a value as text, without the space and the comments around it.
+pub(super) fn bare(value: &Value) -> String {
+    let mut value = value.clone();
+    value.decor_mut().clear();
+    match value.as_str().filter(|text| !text.is_empty() && text.parse::<Value>().is_err()) {
+        Some(text) => text.to_owned(),
+        None => value.to_string(),
+    }
 }
 
 /// Returns the sections of a style, in the order of its text.

@@ -13,6 +13,7 @@ use super::document::StyleDocument;
 use super::rows::{Place, Row};
 use crate::style::layers::LayerEdit;
 use crate::style::parameters::ValueKind;
+use crate::style::set::{SetValue, with_values};
 use crate::style::{Layer, Style, names, preset_text};
 
 fn open(name: &str) -> StyleDocument {
@@ -28,6 +29,41 @@ fn values(document: &StyleDocument) -> BTreeMap<String, Option<String>> {
     let rows = document.sections().iter().flat_map(|section| &section.rows);
     let text = |row: &Row| row.value.as_ref().map(|value| value.to_string().trim().to_owned());
     rows.map(|row| (row.key.clone(), text(row))).collect()
+}
+
+#[test]
+fn values_alone_are_a_command_line_and_other_edits_are_not() {
+    let mut random = Random(7);
+    for name in names() {
+        let mut document = open(name);
+        assert_eq!(document.set_values(), Some(Vec::new()), "{name}");
+        let keys: Vec<Row> = document.sections().iter().flat_map(|section| section.rows.clone()).collect();
+        for _ in 0..6 {
+            let row = &keys[random.below(keys.len())];
+            let value = random.value(row);
+            // What is not allowed changes nothing.
+            let _ = document.set(&row.key, value);
+        }
+        if !document.is_edited() {
+            continue;
+        }
+        let Some(values) = document.set_values() else {
+            // A text that looks like another value.
+            continue;
+        };
+        let pairs: Vec<SetValue> = values.iter().map(|value| value.to_string().parse().unwrap()).collect();
+        let preset = Style::parse(name, preset_text(name).unwrap()).unwrap();
+        let text = with_values(name, preset_text(name).unwrap(), &preset, &pairs).unwrap();
+        assert_eq!(&Style::parse(name, &text).unwrap(), document.style(), "{name}: {values:?}");
+        // Planted: without one of them the style is another.
+        if let Some((_, rest)) = pairs.split_first() {
+            let text = with_values(name, preset_text(name).unwrap(), &preset, rest).unwrap();
+            assert!(Style::parse(name, &text).map_or(true, |style| style != *document.style()), "{name}: {values:?}");
+        }
+    }
+    let mut document = open("ink");
+    document.edit_layers(&LayerEdit::Remove(0)).unwrap();
+    assert_eq!(document.set_values(), None, "no value removes a layer");
 }
 
 /// A pseudorandom number generator (SplitMix64).

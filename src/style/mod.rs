@@ -18,6 +18,7 @@ pub(crate) mod parameters;
 mod recipes;
 mod relief;
 pub(crate) mod scale;
+pub(crate) mod set;
 pub(crate) mod sky;
 pub mod texture;
 pub(crate) mod tone;

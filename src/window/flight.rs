@@ -5,6 +5,7 @@
 //!
 //! Why: `docs/decisions/window-frames.md`.
 
+mod compare;
 mod controls;
 mod edits;
 mod exports;
@@ -23,6 +24,7 @@ use std::time::{Duration, Instant};
 use winit::event_loop::EventLoopProxy;
 use winit::window::Window;
 
+use self::compare::Compared;
 use self::controls::TOAST;
 use self::navigate::Navigation;
 use self::touch::Touch;
@@ -77,6 +79,7 @@ use crate::studio::recent::Recent;
 use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
 use crate::style::Style;
+use crate::style::set::SetValue;
 use crate::tiles::terrain::Prepared;
 
 /// Duration of the first step after a rest.
@@ -130,6 +133,8 @@ pub(super) struct Flight {
     exports: Vec<Run>,
     /// The messages of exports that failed, until the user has seen them.
     failures: Vec<String>,
+    /// The edited values of a style, by the style and its revision.
+    set_values: Option<((usize, u64), Option<Vec<SetValue>>)>,
     /// The GPU that was asked for.
     wish: AdapterWish,
     browser: Browser,
@@ -164,6 +169,8 @@ pub(super) struct Flight {
     previous_style: usize,
     /// The style that is drawn instead of the chosen one, while a key is held.
     compared: Option<Style>,
+    /// The divider between two styles, and the left one.
+    divided: Option<Compared>,
     questions: Questions,
     unsaved: Unsaved,
     watch: Option<FileWatch>,
@@ -257,6 +264,7 @@ impl Flight {
             export_dialog: ExportDialog::default(),
             exports: Vec::new(),
             failures: Vec::new(),
+            set_values: None,
             wish: options.adapter.clone(),
             browser: Browser::default(),
             recent: Recent::open(),
@@ -289,6 +297,7 @@ impl Flight {
             style_search: None,
             previous_style: style,
             compared: None,
+            divided: None,
             questions: Questions::default(),
             unsaved: Unsaved::open(),
             watch,
@@ -372,7 +381,8 @@ impl Flight {
         }
 
         // New tiles improve the next picture, strokes fade in and out over several frames, and trees sway.
-        let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway());
+        let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway())
+            || self.divided.as_ref().is_some_and(Compared::is_settling);
         self.stale = rendered
             && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
         let is_still = input.is_still()
@@ -430,6 +440,7 @@ impl Flight {
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
         let has_picture =
             self.former.is_some() || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
+        let view = self.export_dialog.is_open().then(|| self.shown_view());
         let panels = [Pane::Style, Pane::Inside, Pane::Cost].map(|pane| (pane, self.dock.is_shown(pane)));
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
@@ -472,8 +483,8 @@ impl Flight {
         let (mut opens, mut cancelled) = (None, None);
         let exports = self.exports.iter().map(|run| &*run.work);
         let works: Vec<&works::Work> = self.opening.iter().map(|opening| &*opening.work).chain(exports).collect();
-        let view = self.export_dialog.is_open().then(|| self.shown_view());
         let window_px = self.settings.eye_px(self.screen.size_px());
+        let mut divided = self.divided.as_ref().map(|divided| (divided.divider, divided.is_ready()));
         let mut exported = None;
         let mut is_welcomed = false;
         let painted = self.overlay.run(&self.window, |ui| {
@@ -498,6 +509,11 @@ impl Flight {
             });
             let window = context.content_rect();
             let free = self.dock.free(window);
+            if let Some((divider, is_ready)) = &mut divided
+                && !divider.show(context, free, &self.styles, settings_before.style, *is_ready)
+            {
+                divided = None;
+            }
             if self.gallery.is_open {
                 self.gallery.inspector_width = window.right() - free.right();
                 let (styles, thumbnails) = (&self.styles, &self.thumbnails);
@@ -522,6 +538,7 @@ impl Flight {
         if is_welcomed {
             self.end_welcome();
         }
+        self.follow_divider(divided.map(|(divider, _)| divider));
         self.apply(inspected.edits, settings_before.style);
         if let Some((question, is_taken)) = answer {
             self.answer(question, is_taken);
@@ -552,6 +569,9 @@ impl Flight {
         if requests.gallery {
             self.toggle_gallery();
             self.inspector_is_old = true;
+        }
+        if requests.divider {
+            self.toggle_divider();
         }
         if requests.copied {
             self.say(About::Edit, "Copied the value for --camera".to_owned(), TOAST / 2);
@@ -606,8 +626,11 @@ impl Flight {
         if traces {
             self.traffic.count(renderer.trace(), &style.name, now);
         }
+        self.render_left(&rig, &light, step_s, self.settings.antialias)?;
         self.navigation.drew(&rig.eyes);
-        self.stroke_numbers.request(&self.gpu, renderer.strokes());
+        if let Some(renderer) = &self.renderer {
+            self.stroke_numbers.request(&self.gpu, renderer.strokes());
+        }
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
         self.last.time_s = clock.now_s;
@@ -626,7 +649,11 @@ impl Flight {
         }
         let shown = self.former.as_ref().or(self.renderer.as_ref());
         let eye = |eye: usize| shown.and_then(|renderer| renderer.eye_target(eye, &PICTURE));
+        let left = self.divided.as_ref().and_then(|divided| Some((divided, divided.drawn()?.eye_target(0, &PICTURE)?)));
         let shown = match (self.settings.eyes, eye(0), eye(1)) {
+            (Eyes::Mono, Some(right), _) if let Some((divided, left)) = left => {
+                Some(Shown::Divided { left, right, at: divided.divider.at })
+            }
             (Eyes::Right, _, Some(right)) => Some(Shown::One(right)),
             (Eyes::Mono | Eyes::Left, Some(left), _) | (_, Some(left), None) => Some(Shown::One(left)),
             (eyes, Some(left), Some(right)) => Some(Shown::Pair { left, right, glasses: Glasses::of(eyes) }),

@@ -5,10 +5,13 @@
 
 mod controls;
 mod icons;
+mod previews;
 mod values;
 
 #[cfg(test)]
 mod tests;
+
+use std::path::Path;
 
 use egui::collapsing_header::CollapsingState;
 use egui::{Align, Color32, Layout, Response, RichText, Ui};
@@ -16,6 +19,7 @@ use toml_edit::Value;
 
 use self::icons::Icon;
 use crate::studio::document::StyleDocument;
+use crate::studio::export::quote;
 use crate::studio::rows::{Place, Row, Section, layer_definitions};
 use crate::style::StyleError;
 use crate::style::controls::Control;
@@ -288,13 +292,15 @@ impl Inspector {
         if toggles {
             header.toggle();
         }
+        let folder = document.path().and_then(Path::parent).unwrap_or(Path::new(""));
+        let of_style = (folder, document.revision());
         let (button, ..) = header.body_unindented(|ui| {
             for section in group.iter().filter(is_found) {
                 if section.key != head.key {
                     within(ui, section, edits);
                 }
                 for row in section.rows.iter().filter(|row| words.is_empty() || row.is_found(words)) {
-                    parameter(ui, section, row, edits);
+                    parameter(ui, section, row, of_style, edits);
                 }
             }
             add_entries(ui, group, words, edits);
@@ -463,7 +469,7 @@ fn add_entries(ui: &mut Ui, group: &[Section], words: &str, edits: &mut Vec<Edit
 }
 
 /// Adds the row of a parameter: its name on the left, and its widgets on the right.
-fn parameter(ui: &mut Ui, section: &Section, row: &Row, edits: &mut Vec<Edit>) {
+fn parameter(ui: &mut Ui, section: &Section, row: &Row, of_style: (&Path, u64), edits: &mut Vec<Edit>) {
     ui.push_id(&row.key, |ui| {
         let line = ui.horizontal(|ui| {
             let is_changed = !row.is_default() && !row.definition.is_required;
@@ -478,7 +484,7 @@ fn parameter(ui: &mut Ui, section: &Section, row: &Row, edits: &mut Vec<Edit>) {
             let name = format!("{}: {}", section.title, row.label);
             let mut widgets = vec![label.inner];
             ui.add_enabled_ui(row.without_effect.is_none(), |ui| {
-                widgets.extend(values::widgets(ui, &name, row, edits));
+                widgets.extend(values::widgets(ui, &name, row, of_style, edits));
             });
             for widget in &widgets {
                 on_widget(ui, widget, row, edits);
@@ -509,6 +515,13 @@ fn menu(line: &Response, row: &Row, edits: &mut Vec<Edit>) {
         if ui.button("Copy value").clicked() {
             let text = row.value.as_ref().map_or(String::new(), |value| value.to_string().trim().to_owned());
             ui.copy_text(text);
+            ui.close();
+        }
+        let set = row.set_value();
+        let on_line = ui.add_enabled(set.is_some(), egui::Button::new("Copy for the command line"));
+        let on_line = on_line.on_hover_text("The option of hachure render that gives the parameter this value");
+        if let Some(set) = set.filter(|_| on_line.clicked()) {
+            ui.copy_text(quote(&format!("--set={set}")));
             ui.close();
         }
         if ui.button("Paste value").clicked() {

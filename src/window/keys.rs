@@ -17,6 +17,8 @@ pub(super) enum Action {
     Favourite(usize),
     /// Open or close the gallery of styles.
     ToggleGallery,
+    /// Show or remove the divider between two styles.
+    ToggleDivider,
     /// Write a picture to a file.
     Screenshot,
     /// Show or hide a panel.
@@ -71,6 +73,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("PgDn PgUp", "next style, previous"),
     ("1–9", "favourite styles"),
     ("B", "hold: style before"),
+    ("X", "divider between two styles"),
     ("− +", "resolution"),
     ("F12 P", "save picture"),
     ("F11", "full screen"),
@@ -113,6 +116,7 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>) -> Option<Action> {
         Key::PageUp => Action::StepStyle(-1),
         Key::F12 | Key::KeyP => Action::Screenshot,
         Key::KeyG => Action::ToggleGallery,
+        Key::KeyX => Action::ToggleDivider,
         Key::KeyH => Action::Toggle(Pane::Flight),
         Key::KeyI => Action::Toggle(Pane::Style),
         Key::KeyK => Action::Toggle(Pane::Inside),

@@ -11,6 +11,7 @@ mod browse;
 mod camera_moves;
 mod clipboard;
 mod cost;
+mod divider;
 mod dock;
 mod export;
 mod flight;

@@ -83,7 +83,8 @@ impl Opening {
     /// Returns the world, or why it cannot be opened, if it is known.
     pub(super) fn take(&self) -> Option<Result<FlightWorld, WindowError>> {
         let world = self.world.take()?;
-        let world = world.unwrap_or_else(|NoResult| Err(anyhow::anyhow!("the world cannot be opened, for an unknown reason")));
+        let world =
+            world.unwrap_or_else(|NoResult| Err(anyhow::anyhow!("the world cannot be opened, for an unknown reason")));
         Some(world.map_err(WindowError::World))
     }
 

@@ -64,7 +64,11 @@ impl OtherWorld {
     /// Takes the world, or why it could not be opened; `None` while it is being opened.
     pub(super) fn take(&self) -> Option<Result<Box<FlightWorld>, String>> {
         let done = self.done.take()?;
-        Some(done.unwrap_or_else(|NoResult| Err(format!("{}: cannot be opened, for an unknown reason", named(&self.name)))))
+        Some(
+            done.unwrap_or_else(|NoResult| {
+                Err(format!("{}: cannot be opened, for an unknown reason", named(&self.name)))
+            }),
+        )
     }
 }
 

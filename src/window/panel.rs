@@ -71,6 +71,8 @@ pub(super) struct PanelRequests {
     pub toggled: Option<Pane>,
     /// Whether to open or close the gallery.
     pub gallery: bool,
+    /// Whether to show or remove the divider between two styles.
+    pub divider: bool,
     /// Whether the value for `--camera` was copied.
     pub copied: bool,
     /// Whether to open the dialog that opens files.
@@ -137,6 +139,8 @@ fn panels(ui: &mut Ui, stats: &PanelStats<'_>, requests: &mut PanelRequests) {
         }
         let gallery = ui.button("Gallery");
         requests.gallery = gallery.on_hover_text("All styles as pictures of the present view (G)").clicked();
+        let hint = "A divider between this style and another one, or itself before its edits (X)";
+        requests.divider = ui.button("Compare").on_hover_text(hint).clicked();
         let hint = "Open another world, a style or a camera path (Ctrl O); files may also be dropped on the window";
         requests.open = ui.button("Open…").on_hover_text(hint).clicked();
         let hint = "Write a picture of any size, poster sheets, lines for pens, a map or a film (Ctrl E)";

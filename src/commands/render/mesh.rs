@@ -77,6 +77,7 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--sheets", args.sheets.sheets.is_some()),
         ("--show", args.show.is_some()),
         ("--style", args.style.is_some()),
+        ("--set", !args.set.is_empty()),
         ("--title", args.title.is_some()),
         ("--tolerance-px", args.tolerance_px.is_some()),
         ("--wgs84", args.wgs84),

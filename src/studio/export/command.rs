@@ -107,6 +107,7 @@ impl Export {
         arguments.extend(of_view);
         let mut add = |argument: String| arguments.push(argument);
         add(format!("--style={}", view.style));
+        view.set.iter().for_each(|value| add(format!("--set={value}")));
         match (self.has_paper(), self.kind) {
             (true, Kind::Lines) => {
                 let [width, height] = self.size_px;
@@ -181,7 +182,8 @@ pub(crate) fn quoted(arguments: &[String]) -> String {
     std::iter::once("hachure".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 
-fn quote(word: &str) -> String {
+/// Returns a word for a shell.
+pub(crate) fn quote(word: &str) -> String {
     let is_plain = |sign: char| sign.is_ascii_alphanumeric() || "-_=+,./:@%".contains(sign);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

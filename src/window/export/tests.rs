@@ -27,7 +27,7 @@ fn view() -> ShownView {
         dpi: None,
         more: More::default(),
     };
-    ShownView { imprint, style: "ink".to_owned(), trusts_scene: false, adapter: AdapterWish::Best }
+    ShownView { imprint, style: "ink".to_owned(), set: Vec::new(), trusts_scene: false, adapter: AdapterWish::Best }
 }
 
 fn harness<'a>(size: egui::Vec2, is_edited: bool) -> Harness<'a, Bench> {

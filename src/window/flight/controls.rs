@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use winit::event::WindowEvent;
 use winit::window::Fullscreen;
 
+use super::compare::Compared;
 use super::{Flight, Next};
 use crate::frame::Renderer;
 use crate::picture::imprint::Imprint;
@@ -90,6 +91,7 @@ impl Flight {
             Action::StepStyle(step) => self.settings.step_style(step, self.styles.list().len()),
             Action::Favourite(digit) => self.digit(digit),
             Action::ToggleGallery => self.toggle_gallery(),
+            Action::ToggleDivider => self.toggle_divider(),
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot(),
             Action::Toggle(pane) => self.dock.toggle(pane),
@@ -221,6 +223,9 @@ impl Flight {
         if (was_building || renderer.has_spares(&self.gpu)) && self.next_built <= now {
             self.next_built = now + BUILT_LOOK;
             renderer.take_built(&self.gpu);
+            if let Some(left) = self.divided.as_mut().and_then(Compared::renderer_mut) {
+                left.take_built(&self.gpu);
+            }
             self.stale |= was_building && !renderer.is_building(&self.gpu);
         }
         self.request_spares(now);

@@ -6,13 +6,16 @@ use super::{Flight, TOAST};
 use crate::file::message::named;
 use crate::studio::document::StyleDocument;
 use crate::studio::export::ShownView;
-use crate::window::export::{Refusal, Request};
+use crate::style::set::SetValue;
 use crate::window::export::run::{End, Run};
+use crate::window::export::{Refusal, Request};
 use crate::window::inspector::Edit;
 use crate::window::toasts::About;
 
 /// Largest number of exports that run at once: each takes as much memory as a window.
 const MOST: usize = 2;
+/// Largest number of edited values on a command line that people read.
+const MOST_VALUES: usize = 24;
 
 impl Flight {
     /// Opens or closes the export dialog.
@@ -27,20 +30,38 @@ impl Flight {
     }
 
     /// Returns the present view for the dialog, and why no command line draws it, if none does.
-    pub(super) fn shown_view(&self) -> (ShownView, Option<Refusal>) {
+    pub(super) fn shown_view(&mut self) -> (ShownView, Option<Refusal>) {
         let style = self.settings.style;
+        let set = self.set_values();
         let refusal = self.styles.document(style).and_then(|document| match document {
-            edited if edited.is_edited() => Some(Refusal::Edited),
+            edited if edited.is_edited() && set.is_none() => Some(Refusal::Edited),
             hidden if hidden.drawn() != *hidden.style() => Some(Refusal::Hidden),
             _ => None,
         });
         let view = ShownView {
             imprint: self.shot().imprint,
             style: self.styles.name(style).to_owned(),
+            set: set.unwrap_or_default(),
             trusts_scene: self.reach == crate::scene::reach::Reach::Anywhere,
             adapter: self.wish.clone(),
         };
         (view, refusal)
+    }
+
+    /// Returns the values of parameters that have been edited and not saved; `None` if they are too many for a command
+    /// line, or not all edits are values.
+    fn set_values(&mut self) -> Option<Vec<SetValue>> {
+        let style = self.settings.style;
+        let document = self.styles.document(style)?;
+        if !document.is_edited() {
+            return Some(Vec::new());
+        }
+        let key = (style, document.revision());
+        if self.set_values.as_ref().is_none_or(|(known, _)| *known != key) {
+            let values = document.set_values().filter(|values| values.len() <= MOST_VALUES);
+            self.set_values = Some((key, values));
+        }
+        self.set_values.as_ref().and_then(|(_, values)| values.clone())
     }
 
     /// Carries out what the user asks for in the dialog.

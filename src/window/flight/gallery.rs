@@ -1,4 +1,4 @@
-//! The gallery of a flight, its favourites, and the comparison with the style before.
+//! The gallery of a flight, and its favourites.
 
 use std::path::Path;
 use std::sync::mpsc::TryRecvError;
@@ -101,31 +101,6 @@ impl Flight {
         let (world, overlay) = (&mut self.world.surfaces, &mut self.overlay);
         has_news |= self.thumbnails.work(&self.gpu, world, overlay, scene, self.styles.list(), &order)?;
         Ok(has_news)
-    }
-
-    /// Compares with the style before while a key is held: the style without the edits that are not saved, or the style
-    /// that was chosen before.
-    pub(super) fn compare(&mut self, is_held: bool) {
-        if is_held == self.compared.is_some() {
-            return;
-        }
-        self.compared = None;
-        self.stale = true;
-        // The other style appears at once: strokes do not fade over, and the mean of frames begins again.
-        if let Some(renderer) = &mut self.renderer {
-            renderer.forget();
-        }
-        if !is_held {
-            return;
-        }
-        let document = self.styles.document(self.settings.style);
-        let (style, text) = match document.filter(|document| document.is_edited()).and_then(StyleDocument::saved_style)
-        {
-            Some(saved) => (saved, "before the edits"),
-            None => (self.styles.list()[self.previous_style].clone(), "the style before"),
-        };
-        self.say(About::Style, format!("{}: {text}", style.name), TOAST / 2);
-        self.compared = Some(style);
     }
 
     /// Notices that another style was chosen.

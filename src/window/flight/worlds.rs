@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use winit::event::WindowEvent;
 
+use super::compare::Compared;
 use super::{Flight, LastPicture, TOAST, ground_m};
 use crate::file::message::named;
 use crate::source::EarthPlace;
@@ -191,6 +192,7 @@ impl Flight {
     /// drawn.
     pub(super) fn begin_again(&mut self) {
         self.former = self.renderer.take().or(self.former.take());
+        self.divided.iter_mut().for_each(Compared::begin_again);
         self.stale = true;
     }
 

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
 
 use egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -265,4 +266,48 @@ fn a_selected_layer_is_moved_into_view() {
     harness.state_mut().inspector.select("hatching".to_owned());
     harness.run();
     assert!(is_visible(&harness, "Hatching: Hide"));
+}
+
+#[test]
+fn recipes_have_pictures_and_a_wrong_one_has_none() {
+    let mut harness = open("crosshatch");
+    let picture = |harness: &mut Harness<'_, Bench>, words: &str| {
+        let begun = Instant::now();
+        while begun.elapsed() < Duration::from_secs(60) {
+            harness.run();
+            if harness.query_all_by_label(words).next().is_some() {
+                return true;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        false
+    };
+    let row = |harness: &Harness<'_, Bench>, key: &str| {
+        let rows = harness.state().document.sections().iter().flat_map(|section| section.rows.clone());
+        rows.filter(|row| row.definition.key == key).find_map(|row| row.value?.as_str().map(str::to_owned)).unwrap()
+    };
+    let [marks, texture] = [row(&harness, "marks"), row(&harness, "texture")];
+    assert!(picture(&mut harness, &format!("{marks}, from light to dark")), "{marks}");
+    assert!(picture(&mut harness, &format!("{texture}, from heavy to light pressure")), "{texture}");
+    // Planted: no recipe has this name.
+    assert!(harness.query_by_label("no such marks, from light to dark").is_none());
+}
+
+#[test]
+fn the_menu_copies_the_option_of_the_command_line() {
+    let mut harness = open("ink");
+    let sections = harness.state().document.sections();
+    let rows = sections.iter().flat_map(|section| section.rows.iter().map(move |row| (section, row)));
+    let (section, row) = rows.into_iter().find(|(_, row)| row.key == "tone.steps").unwrap();
+    let name = format!("{}: {}", section.title, row.label);
+    harness.get_by_label(&name).click_secondary();
+    harness.run();
+    harness.get_by_label("Copy for the command line").click();
+    harness.run();
+    let commands = harness.output().platform_output.commands.clone();
+    let copied = commands.iter().find_map(|command| match command {
+        egui::OutputCommand::CopyText(text) => Some(text.as_str()),
+        _ => None,
+    });
+    assert_eq!(copied, Some("--set=tone.steps=3"));
 }

@@ -1,22 +1,34 @@
 //! Widgets for the values of parameters, by kind of value.
 
+use std::path::Path;
+
 use egui::{Button, DragValue, Response, Slider, SliderClamping, TextEdit, Ui};
 use toml_edit::{Array, Value};
 
-use super::{Edit, named};
+use super::{Edit, named, previews};
 use crate::studio::rows::Row;
+use crate::studio::swatch::RecipeKind;
+use crate::style::Color;
 use crate::style::parameters::{Range, ValueKind, shortest};
-use crate::style::{Color, marks, texture};
 
 /// Width of a slider in points.
 const SLIDER_WIDTH: f32 = 104.0;
 /// Width of texts and lists of names in points.
 const TEXT_WIDTH: f32 = 150.0;
+/// Largest height of the list of recipes in points.
+const LIST_HEIGHT: f32 = 420.0;
 /// Significant digits of a value that a slider sets.
 const DIGITS: i32 = 4;
 
 /// Adds the widgets of a parameter and returns them. `name` is the name of the parameter for AccessKit.
-pub(super) fn widgets(ui: &mut Ui, name: &str, row: &Row, edits: &mut Vec<Edit>) -> Vec<Response> {
+/// `of_style` is the folder of the style and its revision.
+pub(super) fn widgets(
+    ui: &mut Ui,
+    name: &str,
+    row: &Row,
+    of_style: (&Path, u64),
+    edits: &mut Vec<Edit>,
+) -> Vec<Response> {
     let Some(value) = &row.value else { return vec![not_given(ui, name, row, edits)] };
     let mut set = |value: Value| edits.push(Edit::Set(row.key.clone(), value));
     match (&row.definition.kind, value) {
@@ -48,7 +60,18 @@ pub(super) fn widgets(ui: &mut Ui, name: &str, row: &Row, edits: &mut Vec<Edit>)
             named(&list.response, name);
             vec![list.response]
         }
-        (ValueKind::Text, value) => text(ui, name, row, value.as_str().unwrap_or_default(), &mut set),
+        (ValueKind::Text, value) => {
+            let present = value.as_str().unwrap_or_default();
+            let Some(kind) = RecipeKind::of_key(row.definition.key) else {
+                return vec![text(ui, name, TEXT_WIDTH + 30.0, present, &mut set)];
+            };
+            ui.vertical(|ui| {
+                let widgets = ui.horizontal(|ui| recipe(ui, name, kind, present, &mut set)).inner;
+                previews::show(ui, kind, present, of_style);
+                widgets
+            })
+            .inner
+        }
         (ValueKind::List(_), Value::Array(list)) => colors(ui, name, row, list, &mut set),
         (_, value) => {
             let label = ui.label(value.to_string());
@@ -74,7 +97,10 @@ fn first_value(row: &Row) -> Value {
         ValueKind::Color => Color::default().to_string().into(),
         ValueKind::Choice(choices) => choices.first().map_or_else(String::new, |choice| choice.name.clone()).into(),
         ValueKind::Flag => true.into(),
-        ValueKind::Text => recipes(row.definition.key).first().copied().unwrap_or_default().into(),
+        ValueKind::Text => RecipeKind::of_key(row.definition.key)
+            .and_then(|kind| kind.names().first().copied())
+            .unwrap_or_default()
+            .into(),
         kind => {
             let middle = row.definition.slider().map_or(1.0, |ends| match ends.is_logarithmic {
                 true => (ends.low.max(1.0) * ends.high).sqrt(),
@@ -85,15 +111,6 @@ fn first_value(row: &Row) -> Value {
                 _ => shortest(middle.round().max(f32::MIN_POSITIVE)).into(),
             }
         }
-    }
-}
-
-/// Returns the names of the built-in recipes that a parameter may have.
-fn recipes(key: &str) -> Vec<&'static str> {
-    match key {
-        "texture" => texture::names(),
-        "marks" => marks::names(),
-        _ => Vec::new(),
     }
 }
 
@@ -246,10 +263,28 @@ fn colors(ui: &mut Ui, name: &str, row: &Row, list: &Array, set: &mut impl FnMut
     widgets
 }
 
-/// Adds a field for a text, and a list of the built-in recipes if the text names one.
-fn text(ui: &mut Ui, name: &str, row: &Row, present: &str, set: &mut impl FnMut(Value)) -> Vec<Response> {
-    let known = recipes(row.definition.key);
-    let width = if known.is_empty() { TEXT_WIDTH + 30.0 } else { TEXT_WIDTH - 20.0 };
+/// Adds a field for the name of a recipe, and a list of the built-in ones with their pictures.
+fn recipe(ui: &mut Ui, name: &str, kind: RecipeKind, present: &str, set: &mut impl FnMut(Value)) -> Vec<Response> {
+    let field = text(ui, name, TEXT_WIDTH - 20.0, present, set);
+    let list = ui.menu_button("…", |ui| {
+        egui::ScrollArea::vertical().max_height(LIST_HEIGHT).show(ui, |ui| {
+            for known in kind.names() {
+                ui.horizontal(|ui| {
+                    previews::show(ui, kind, known, (Path::new(""), 0));
+                    if ui.selectable_label(known == present, known).clicked() {
+                        set(known.into());
+                        ui.close();
+                    }
+                });
+            }
+        });
+    });
+    named(&list.response, &format!("{name}, built-in recipes"));
+    vec![field]
+}
+
+/// Adds a field for a text.
+fn text(ui: &mut Ui, name: &str, width: f32, present: &str, set: &mut impl FnMut(Value)) -> Response {
     let id = ui.make_persistent_id("text");
     // What is being typed is kept until it is complete.
     let mut typed = ui.data_mut(|data| data.get_temp::<String>(id)).unwrap_or_else(|| present.to_owned());
@@ -264,16 +299,5 @@ fn text(ui: &mut Ui, name: &str, row: &Row, present: &str, set: &mut impl FnMut(
             set(typed.into());
         }
     }
-    if !known.is_empty() {
-        let list = ui.menu_button("…", |ui| {
-            for recipe in known {
-                if ui.selectable_label(recipe == present, recipe).clicked() {
-                    set(recipe.into());
-                    ui.close();
-                }
-            }
-        });
-        named(&list.response, &format!("{name}, built-in recipes"));
-    }
-    vec![field]
+    field
 }

@@ -44,6 +44,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("output", Unneeded),
     ("like", Unneeded),
     ("style", Kept("--style wash -o a.png")),
+    ("set", Kept("--set tone.steps=5 -o a.png")),
     ("size", Kept("--size 64x36 -o a.png")),
     ("dpi", Kept("--dpi 150 -o a.png")),
     ("camera", Kept("--camera=5,6,+7,8,9,50 -o a.png")),
@@ -102,6 +103,7 @@ fn drawn(args: &RenderArgs) -> String {
         output: _,
         like: _,
         style: _,
+        set: _,
         size: _,
         dpi,
         camera,
@@ -154,7 +156,7 @@ fn twice(line: &str) -> [String; 2] {
     let args = parsed(&format!("{base}{line}"));
     let kind = OutputKind::of(&args.output).unwrap();
     let args = paper::measured(&args, &kind).unwrap();
-    let style = arguments::style(args.style.as_deref().unwrap_or("ink")).unwrap();
+    let style = arguments::style_with(args.style.as_deref().unwrap_or("ink"), &args.set).unwrap();
     let camera = args.camera.unwrap_or_else(|| "0,0,+300,0,-5,50".parse().unwrap());
     let text = text_at(&imprint(&args, &kind, &style, &camera), &camera, Clock::still(args.time_s.unwrap_or(0.0)));
     let read = Imprint::parse("a.png", &text).unwrap();
@@ -262,8 +264,21 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
 fn the_options_of_an_exported_view_are_those_of_its_imprint() {
     use crate::studio::export::view_arguments;
     // What only some outputs have is not in the imprint of a window.
-    let of_outputs =
-        ["style", "size", "dpi", "paper", "margin", "tolerance_px", "pens", "show", "path", "fps", "frames", "warm_up"];
+    let of_outputs = [
+        "style",
+        "set",
+        "size",
+        "dpi",
+        "paper",
+        "margin",
+        "tolerance_px",
+        "pens",
+        "show",
+        "path",
+        "fps",
+        "frames",
+        "warm_up",
+    ];
     let parse = |id: &str, words: Vec<String>| {
         let words = ["hachure", "render"].into_iter().map(str::to_owned).chain(words);
         let cli = Cli::try_parse_from(words).unwrap_or_else(|error| panic!("{id}: {error}"));
