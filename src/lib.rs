@@ -40,7 +40,7 @@ mod lettering;
 mod vector;
 pub mod picture;
 pub mod measure;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 mod studio;
 #[cfg(feature = "window")]
 mod window;
@@ -82,6 +82,27 @@ pub mod internals {
     pub use crate::tiles::select::{select, select_within};
     pub use crate::tiles::selection::Viewpoint;
     pub use crate::world::given_water::GivenWater;
+
+    /// Returns the names of the five controls that every style has.
+    #[cfg(any(feature = "window", feature = "headset"))]
+    pub fn control_names() -> [&'static str; 5] {
+        crate::style::controls::Control::ALL.map(crate::style::controls::Control::name)
+    }
+
+    /// Returns a style after one of its five controls was moved in the studio.
+    ///
+    /// # Errors
+    /// The style cannot be read, or it would be invalid after the change.
+    #[cfg(any(feature = "window", feature = "headset"))]
+    pub fn with_control(style: &str, control: &str, to: i8) -> Result<crate::style::Style, crate::style::StyleError> {
+        let mut document = crate::studio::document::StyleDocument::open(style)?;
+        for known in crate::style::controls::Control::ALL {
+            if known.name() == control {
+                document.set_control(known, to)?;
+            }
+        }
+        Ok(document.style().clone())
+    }
 
     /// Reads the files that a scene names, for a world with this place and size, without a GPU.
     ///

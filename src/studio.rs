@@ -20,6 +20,7 @@ mod saving;
 pub(crate) mod settings_file;
 pub(crate) mod swatch;
 pub(crate) mod unsaved;
+#[cfg(feature = "window")]
 pub(crate) mod watch;
 
 #[cfg(test)]

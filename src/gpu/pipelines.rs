@@ -348,8 +348,13 @@ impl Pipelines {
 
     /// Returns whether another thread is compiling a pipeline that a frame needs.
     pub(crate) fn is_building(&self) -> bool {
+        self.being_built() > 0
+    }
+
+    /// Returns how many pipelines that a frame needs other threads are compiling, or will compile.
+    pub(crate) fn being_built(&self) -> usize {
         let state = self.lock();
-        state.open() > usize::from(state.spare.is_some())
+        state.open() - usize::from(state.spare.is_some())
     }
 
     /// Makes the pipelines that were requested with [`Builds::Spare`] spare pipelines.

@@ -27,6 +27,18 @@ pub enum HeadsetError {
         /// Error of the loader.
         cause: xr::sys::Result,
     },
+    /// A runtime is active, but it has no connection to its service.
+    #[error(
+        "--vr: an OpenXR runtime is active, but it does not answer ({call}: {cause}): its service is not running, or the \
+         headset is not connected; start the service (SteamVR, monado-service, the WiVRn server), connect the headset, \
+         and start hachure again"
+    )]
+    NoService {
+        /// Name of the OpenXR function.
+        call: &'static str,
+        /// Error of the runtime.
+        cause: xr::sys::Result,
+    },
     /// The runtime lacks something that drawing needs.
     #[error("--vr: {runtime} lacks {what}, which hachure requires; use another runtime")]
     Lacks {
@@ -103,6 +115,19 @@ pub enum HeadsetError {
     /// The world cannot be opened.
     #[error(transparent)]
     World(anyhow::Error),
+}
+
+/// Returns the error of a call that is made before the headset is known: a runtime whose service is not running fails
+/// there, with one of several codes.
+pub(super) fn of_start(call: &'static str, code: xr::sys::Result) -> HeadsetError {
+    use xr::sys::Result as Code;
+    match code {
+        Code::ERROR_RUNTIME_UNAVAILABLE
+        | Code::ERROR_RUNTIME_FAILURE
+        | Code::ERROR_INITIALIZATION_FAILED
+        | Code::ERROR_INSTANCE_LOST => HeadsetError::NoService { call, cause: code },
+        code => HeadsetError::Runtime { call, code },
+    }
 }
 
 /// Converts a failed call to an error that names the call.

@@ -1,5 +1,7 @@
 //! A flight in a headset: what is done in each frame.
 
+mod with_panel;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -10,20 +12,22 @@ use openxr as xr;
 use super::error::{During, HeadsetError};
 use super::hands::Hands;
 use super::hidden;
+use super::menu::Menu;
 use super::mirror::Mirror;
+use super::opening::Opening;
+use super::quad::Quad;
 use super::session::{Headset, SessionPhase, VIEWS};
 use super::show::ShowPass;
 use super::stage::{Eye, Stage};
+use super::styles::Styles;
 use super::travel::{HandInput, Traveller};
-use super::{HeadsetOptions, HeadsetWorld};
+use super::{HeadsetOptions, HeadsetWorld, OpenFn};
 use crate::composite::PICTURE;
 use crate::file::{interrupt, standard};
-use crate::frame::Renderer;
-use crate::gpu::Gpu;
+use crate::frame::{Prepared, Renderer};
 use crate::gpu::pipelines::Builds;
 use crate::measure::statistics::Percentiles;
 use crate::scene::view::{Clock, Lens, Rig};
-use crate::style::{self, Style};
 
 /// Interval at which events are polled while nothing is drawn.
 const REST: Duration = Duration::from_millis(20);
@@ -34,17 +38,37 @@ const EYES_ABOVE_FLOOR_M: f64 = 1.6;
 /// Duration of a frame, if the runtime does not give it.
 const STEP_S: f64 = 1.0 / 90.0;
 
+/// The views of both eyes as the runtime has located them, and the same eyes in the room.
+type Located = ([xr::View; 2], [Eye; 2]);
+
+/// The world, and where the room is in it.
+struct Land {
+    world: HeadsetWorld,
+    traveller: Traveller,
+}
+
 /// State of a flight. Fields that draw on the headset's GPU are dropped before the headset.
 pub(super) struct Flight {
     renderer: Renderer,
     show: ShowPass,
     mirror: Option<Mirror>,
-    world: HeadsetWorld,
+    /// The world, until it is open.
+    opening: Option<Opening>,
+    land: Option<Land>,
+    quad: Quad,
     hands: Hands,
     headset: Headset,
-    traveller: Traveller,
-    styles: Vec<Style>,
-    style: usize,
+    /// The name of the world.
+    name: String,
+    menu: Menu,
+    styles: Styles,
+    /// Number of pipelines that the first picture still needs at most, for the progress on the panel.
+    most_built: usize,
+    /// Tiles that the last frame lacks, and all of its tiles.
+    tiles: [u64; 2],
+    /// What could not be done, and until when the panel says so.
+    notice: Option<(String, Instant)>,
+    notice_is_new: bool,
     /// Rig of the last frame that was drawn, while frames follow each other.
     before: Option<Rig>,
     /// Views from which the pictures in the runtime's images were drawn.
@@ -61,19 +85,19 @@ pub(super) struct Flight {
 }
 
 impl Flight {
-    /// Creates a flight of a headset over a world.
+    /// Creates a flight of a headset, and begins to open its world.
     ///
     /// # Errors
     /// Fails if the style is invalid or if the runtime reports an error.
-    pub(super) fn new(headset: Headset, world: HeadsetWorld, options: &HeadsetOptions) -> Result<Self, HeadsetError> {
-        let (styles, style) = styles(&options.style)?;
+    pub(super) fn new(headset: Headset, options: &HeadsetOptions, open: OpenFn) -> Result<Self, HeadsetError> {
+        let styles = Styles::open(&options.style)?;
         let hands = Hands::new(headset.instance(), &headset.session)?;
         let gpu = &headset.gpu;
+        tracing::debug!("GPU: {}", gpu.description());
         let mut renderer = Renderer::new(gpu)?;
         // A headset must not wait for a compiler, and each frame is one submit.
         renderer.set_builds(Builds::InBackground);
         renderer.set_antialias(options.antialias);
-        let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));
         let hand_input = Arc::clone(&end);
         // The session of the headset is ended before the program.
@@ -82,12 +106,18 @@ impl Flight {
             renderer,
             show: ShowPass::new(gpu),
             mirror: Mirror::open(gpu, headset.sizes_px()[0]),
-            world,
+            opening: Some(Opening::start(gpu, open)?),
+            land: None,
+            quad: Quad::new(gpu, &headset.session)?,
             hands,
             headset,
-            traveller: Traveller::new(start),
+            name: options.name.clone(),
+            menu: Menu::new(),
             styles,
-            style,
+            most_built: 0,
+            tiles: [0; 2],
+            notice: None,
+            notice_is_new: false,
             before: None,
             shown: None,
             shown_at: None,
@@ -135,87 +165,130 @@ impl Flight {
     fn frame(&mut self) -> Result<(), HeadsetError> {
         let state = self.headset.waiter.wait().during("xrWaitFrame")?;
         self.headset.stream.begin().during("xrBeginFrame")?;
+        if let Some(world) = self.opening.as_mut().map(Opening::take).transpose()?.flatten() {
+            self.opening = None;
+            self.land = Some(Land { traveller: Traveller::new(start(&world)), world });
+        }
         let display_time = state.predicted_display_time;
-        let views = if state.should_render { self.draw(&state)? } else { None };
+        let eyes = if state.should_render { self.locate(display_time)? } else { None };
+        let views = match &eyes {
+            Some((views, eyes)) => self.draw(display_time, *views, eyes)?,
+            None => None,
+        };
         if views.is_none() {
             // The next visible frame has no predecessor.
             (self.before, self.shown, self.began) = (None, None, None);
         }
-        self.end_frame(display_time, views)?;
+        self.end_frame(display_time, views, eyes.is_some())?;
         self.headset.gpu.check()?;
         Ok(())
     }
 
-    fn end_frame(&mut self, display_time: xr::Time, views: Option<[xr::View; 2]>) -> Result<(), HeadsetError> {
+    /// Ends a frame with the pictures of the eyes, if there are some, and with the panel, if something may be shown.
+    fn end_frame(
+        &mut self,
+        display_time: xr::Time,
+        views: Option<[xr::View; 2]>,
+        is_seen: bool,
+    ) -> Result<(), HeadsetError> {
         let Headset { stream, eyes, space, blend, .. } = &mut self.headset;
-        let Some(views) = views else {
-            return stream.end(display_time, *blend, &[]).during("xrEndFrame");
-        };
-        let projections = [0, 1].map(|eye: usize| {
-            let extent = eyes[eye].size_px().map(|side| side as i32);
-            let rect = xr::Rect2Di {
-                offset: xr::Offset2Di { x: 0, y: 0 },
-                extent: xr::Extent2Di { width: extent[0], height: extent[1] },
-            };
-            let image =
-                xr::SwapchainSubImage::new().swapchain(&eyes[eye].swapchain).image_array_index(0).image_rect(rect);
-            xr::CompositionLayerProjectionView::new().pose(views[eye].pose).fov(views[eye].fov).sub_image(image)
+        let projections = views.map(|views| {
+            [0, 1].map(|eye: usize| {
+                let extent = eyes[eye].size_px().map(|side| side as i32);
+                let rect = xr::Rect2Di {
+                    offset: xr::Offset2Di { x: 0, y: 0 },
+                    extent: xr::Extent2Di { width: extent[0], height: extent[1] },
+                };
+                let image =
+                    xr::SwapchainSubImage::new().swapchain(&eyes[eye].swapchain).image_array_index(0).image_rect(rect);
+                xr::CompositionLayerProjectionView::new().pose(views[eye].pose).fov(views[eye].fov).sub_image(image)
+            })
         });
-        let layer = xr::CompositionLayerProjection::new().space(space).views(&projections);
-        stream.end(display_time, *blend, &[&layer]).during("xrEndFrame")
+        let eyes = projections.as_ref().map(|views| xr::CompositionLayerProjection::new().space(space).views(views));
+        let is_seen = is_seen && (self.menu.is_open() || self.notice.is_some());
+        let panel = if is_seen { self.quad.layer(space) } else { None };
+        let mut layers: Vec<&xr::CompositionLayerBase<'_, xr::Vulkan>> = Vec::with_capacity(2);
+        if let Some(eyes) = &eyes {
+            layers.push(eyes);
+        }
+        // Layers that come later are in front.
+        if let Some(panel) = &panel {
+            layers.push(panel);
+        }
+        stream.end(display_time, *blend, &layers).during("xrEndFrame")
     }
 
-    /// Draws both eyes and hands over their images. Returns `None` if there is nothing to show: the head's pose is
-    /// unknown, or the first style is still being built.
-    fn draw(&mut self, state: &xr::FrameState) -> Result<Option<[xr::View; 2]>, HeadsetError> {
-        let now = Instant::now();
+    /// Returns where the eyes are when a frame is displayed, if that is known.
+    fn locate(&self, time: xr::Time) -> Result<Option<Located>, HeadsetError> {
         let headset = &self.headset;
-        let hand_input = if headset.is_focused() { self.hands.read(&headset.session)? } else { HandInput::default() };
-        let time = state.predicted_display_time;
         let (flags, views) = headset.session.locate_views(VIEWS, time, &headset.space).during("xrLocateViews")?;
         let known = xr::ViewStateFlags::ORIENTATION_VALID | xr::ViewStateFlags::POSITION_VALID;
         let (true, &[left, right]) = (flags.contains(known), views.as_slice()) else {
             return Ok(None);
         };
-        let views = [left, right];
-        let [left, right] = [eye(&left, headset.floor_m)?, eye(&right, headset.floor_m)?];
-        let (Some(left), Some(right)) = (left, right) else { return Ok(None) };
-        let eyes = [left, right];
+        let (Some(left_eye), Some(right_eye)) = (eye(&left, headset.floor_m)?, eye(&right, headset.floor_m)?) else {
+            return Ok(None);
+        };
+        Ok(Some(([left, right], [left_eye, right_eye])))
+    }
 
+    /// Draws both eyes and the panel, and hands over their images. Returns the views of the pictures, or `None` if there
+    /// are none: the world is not open, or the first style is still being built.
+    fn draw(
+        &mut self,
+        time: xr::Time,
+        views: [xr::View; 2],
+        eyes: &[Eye; 2],
+    ) -> Result<Option<[xr::View; 2]>, HeadsetError> {
+        let now = Instant::now();
         let since_s = self.shown_at.replace(time).map(|before| (time.as_nanos() - before.as_nanos()) as f64 * 1e-9);
         let step_s = since_s.filter(|step_s| *step_s > 0.0).unwrap_or(STEP_S);
-        let terrain = &self.world.surfaces.terrain;
+        let hand_input = self.follow_hands(eyes, step_s)?;
+        let views = self.draw_land(now, (time, step_s), views, eyes, &hand_input)?;
+        self.draw_panel(eyes)?;
+        Ok(views)
+    }
+
+    fn draw_land(
+        &mut self,
+        now: Instant,
+        (time, step_s): (xr::Time, f64),
+        views: [xr::View; 2],
+        eyes: &[Eye; 2],
+        hand_input: &HandInput,
+    ) -> Result<Option<[xr::View; 2]>, HeadsetError> {
+        let headset = &self.headset;
+        let Some(Land { world, traveller }) = &mut self.land else { return Ok(None) };
+        let terrain = &world.surfaces.terrain;
         let lowest_m = f64::from(terrain.range_m()[0]);
-        self.traveller.advance(&hand_input, &eyes, step_s, |at| terrain.height_at_hand_m(at).unwrap_or(lowest_m));
-        if hand_input.next_style {
-            self.style = (self.style + 1) % self.styles.len();
-            tracing::info!("style: {}", self.styles[self.style].name);
-        }
+        traveller.advance(hand_input, eyes, step_s, |at| terrain.height_at_hand_m(at).unwrap_or(lowest_m));
         let now_s = (time.as_nanos() - self.first_at.get_or_insert(time).as_nanos()) as f64 * 1e-9;
         let before_s = self.before.as_ref().map_or(now_s, |before| before.clock().now_s);
-        let rig = self.traveller.stage().rig(&eyes, headset.sizes_px(), self.before.as_ref());
+        let rig = traveller.stage().rig(eyes, headset.sizes_px(), self.before.as_ref());
         let rig = rig.at(Clock { now_s, before_s });
-        self.renderer.set_hidden(hidden::areas(&headset.hidden, &eyes, headset.sizes_px()));
+        self.renderer.set_hidden(hidden::areas(&headset.hidden, eyes, headset.sizes_px()));
         self.renderer.set_step_s(step_s);
-        let style = &self.styles[self.style];
-        self.renderer.render_eyes(&headset.gpu, &mut self.world.surfaces, &rig, style, &self.world.light)?;
+        let style = self.styles.style();
+        let prepared = self.renderer.render_eyes(&headset.gpu, &mut world.surfaces, &rig, style, &world.light)?;
         // Poll without waiting for the GPU.
         if let Err(error) = headset.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
         // Discard the GPU's times, which would otherwise accumulate.
         while self.renderer.take_times().is_some() {}
+        let Prepared { tiles, .. } = prepared;
+        self.tiles = [tiles.wanted.saturating_sub(tiles.pending), tiles.wanted];
         if !self.renderer.drew() {
             // The images still show the previous pictures, with their views: the runtime reprojects them to the present
             // pose of the head.
             return Ok(self.shown);
         }
         self.before = Some(rig);
-        if !self.show(&eyes)? {
+        if !self.show(eyes)? {
             return Ok(None);
         }
         self.shown = Some(views);
-        if self.renderer.shows(&self.styles[self.style]) {
+        if self.renderer.shows(self.styles.style()) {
             self.drawn += 1;
             if let Some(before) = self.began.filter(|_| self.frames.is_some()) {
                 self.times_ms.push((now - before).as_secs_f64() * 1000.0);
@@ -229,6 +302,7 @@ impl Flight {
     fn show(&mut self, eyes: &[Eye; 2]) -> Result<bool, HeadsetError> {
         let pictures = [0, 1].map(|eye| self.renderer.eye_target(eye, &PICTURE));
         let [Some(left), Some(right)] = pictures else { return Ok(false) };
+        let vignette = self.land.as_ref().map_or(0.0, |land| land.traveller.vignette());
         let Headset { gpu, eyes: images, .. } = &mut self.headset;
         let mut indices = [0; 2];
         for (index, images) in indices.iter_mut().zip(images.iter_mut()) {
@@ -239,7 +313,7 @@ impl Flight {
         for (eye, picture) in [left, right].into_iter().enumerate() {
             let Some((texture, view)) = images[eye].image(indices[eye]) else { continue };
             let on = (view, images[eye].format());
-            self.show.run(gpu, &mut encoder, picture, on, &eyes[eye].lens, self.traveller.vignette());
+            self.show.run(gpu, &mut encoder, picture, on, &eyes[eye].lens, vignette);
             shown.push(texture);
         }
         // The runtime expects an image back in the layout of an attachment.
@@ -268,7 +342,7 @@ impl Flight {
         let text = format!(
             "{width}x{height} and {right_width}x{right_height} {}: {} frames, frame p50 {p50_ms:.2} ms, p95 \
              {p95_ms:.2} ms, {:.1} frames per second",
-            self.styles[self.style].name,
+            self.styles.style().name,
             self.drawn,
             1000.0 / p50_ms
         );
@@ -276,29 +350,13 @@ impl Flight {
     }
 }
 
-/// Loads the presets and the style `hand_input`; also returns its index in the list.
-fn styles(hand_input: &str) -> Result<(Vec<Style>, usize), HeadsetError> {
-    let names = style::names();
-    let mut list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
-    let place = names.iter().position(|name| *name == hand_input);
-    let place = match place {
-        Some(place) => place,
-        None => {
-            list.push(Style::load(hand_input)?);
-            list.len() - 1
-        }
-    };
-    Ok((list, place))
-}
-
 /// Returns the initial stage: the camera is at eye height above the floor, and the floor is not below the ground.
-fn start(world: &HeadsetWorld, headset: &Headset) -> Stage {
+fn start(world: &HeadsetWorld) -> Stage {
     let camera = &world.start;
     let mut floor_m = camera.position_m - DVec3::Z * EYES_ABOVE_FLOOR_M;
     let at: DVec2 = floor_m.truncate();
     let terrain = &world.surfaces.terrain;
     floor_m.z = floor_m.z.max(terrain.height_m(at).unwrap_or(f64::NEG_INFINITY));
-    tracing::debug!("GPU: {}", headset.gpu.description());
     Stage { floor_m, heading_rad: camera.yaw_deg.to_radians(), scale: 1.0 }
 }
 
@@ -318,15 +376,10 @@ fn eye(view: &xr::View, floor_m: f64) -> Result<Option<Eye>, HeadsetError> {
     Ok(is_known.then(|| Eye { at_m, room_from_eye: room_from_eye.normalize(), lens }))
 }
 
-/// Opens the world and flies.
+/// Flies over a world, which is opened while the session already runs.
 ///
 /// # Errors
 /// Fails as [`Flight::run`] does, and if the world cannot be opened.
-pub(super) fn fly(
-    headset: Headset,
-    options: &HeadsetOptions,
-    open: impl FnOnce(&Gpu) -> anyhow::Result<HeadsetWorld>,
-) -> Result<(), HeadsetError> {
-    let world = open(&headset.gpu).map_err(HeadsetError::World)?;
-    Flight::new(headset, world, options)?.run()
+pub(super) fn fly(headset: Headset, options: &HeadsetOptions, open: OpenFn) -> Result<(), HeadsetError> {
+    Flight::new(headset, options, open)?.run()
 }

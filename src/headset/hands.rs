@@ -1,90 +1,31 @@
-//! Input of the controllers: the OpenXR actions, and the suggested bindings of each controller.
+//! Input of the controllers: the OpenXR actions, and what they mean for the flight and for the panel.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use openxr as xr;
 
+use super::controllers::{CONTROLLERS, Controller, FlightAction};
 use super::error::{During, HeadsetError};
+use super::menu::{LongPress, MenuInput};
 use super::travel::HandInput;
 
-/// An action of the flight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum FlightAction {
-    Fly,
-    Turn,
-    Ahead,
-    Fast,
-    NextStyle,
-    Scale,
-    Reset,
-}
-
-/// Suggested bindings by interaction profile. A runtime that does not know one of them still accepts the others.
-const CONTROLLERS: [(&str, &[(FlightAction, &str)]); 5] = [
-    (
-        "/interaction_profiles/khr/simple_controller",
-        &[
-            (FlightAction::Ahead, "/user/hand/left/input/select/click"),
-            (FlightAction::Reset, "/user/hand/left/input/menu/click"),
-            (FlightAction::NextStyle, "/user/hand/right/input/select/click"),
-            (FlightAction::Scale, "/user/hand/right/input/menu/click"),
-        ],
-    ),
-    (
-        "/interaction_profiles/oculus/touch_controller",
-        &[
-            (FlightAction::Fly, "/user/hand/left/input/thumbstick"),
-            (FlightAction::Turn, "/user/hand/right/input/thumbstick"),
-            (FlightAction::Fast, "/user/hand/left/input/squeeze/value"),
-            (FlightAction::Reset, "/user/hand/left/input/x/click"),
-            (FlightAction::Scale, "/user/hand/right/input/a/click"),
-            (FlightAction::NextStyle, "/user/hand/right/input/b/click"),
-        ],
-    ),
-    (
-        "/interaction_profiles/valve/index_controller",
-        &[
-            (FlightAction::Fly, "/user/hand/left/input/thumbstick"),
-            (FlightAction::Turn, "/user/hand/right/input/thumbstick"),
-            (FlightAction::Fast, "/user/hand/left/input/squeeze/value"),
-            (FlightAction::Reset, "/user/hand/left/input/a/click"),
-            (FlightAction::Scale, "/user/hand/right/input/a/click"),
-            (FlightAction::NextStyle, "/user/hand/right/input/b/click"),
-        ],
-    ),
-    (
-        "/interaction_profiles/microsoft/motion_controller",
-        &[
-            (FlightAction::Fly, "/user/hand/left/input/thumbstick"),
-            (FlightAction::Turn, "/user/hand/right/input/thumbstick"),
-            (FlightAction::Fast, "/user/hand/left/input/squeeze/click"),
-            (FlightAction::Reset, "/user/hand/left/input/menu/click"),
-            (FlightAction::Scale, "/user/hand/right/input/squeeze/click"),
-            (FlightAction::NextStyle, "/user/hand/right/input/menu/click"),
-        ],
-    ),
-    (
-        "/interaction_profiles/htc/vive_controller",
-        &[
-            (FlightAction::Fly, "/user/hand/left/input/trackpad"),
-            (FlightAction::Turn, "/user/hand/right/input/trackpad"),
-            (FlightAction::Fast, "/user/hand/left/input/squeeze/click"),
-            (FlightAction::Reset, "/user/hand/left/input/menu/click"),
-            (FlightAction::Scale, "/user/hand/right/input/squeeze/click"),
-            (FlightAction::NextStyle, "/user/hand/right/input/menu/click"),
-        ],
-    ),
-];
+/// Deflection of a stick that counts as a push.
+const PUSH: f64 = 0.5;
+/// Interval at which the runtime is asked which controllers are in use.
+const ASK: Duration = Duration::from_secs(1);
 
 /// The OpenXR actions of both hands.
 pub(super) struct Hands {
     set: xr::ActionSet,
-    fly: xr::Action<xr::Vector2f>,
-    turn: xr::Action<xr::Vector2f>,
-    ahead: xr::Action<bool>,
-    fast: xr::Action<bool>,
-    next_style: xr::Action<bool>,
-    scale: xr::Action<bool>,
-    reset: xr::Action<bool>,
+    sticks: BTreeMap<FlightAction, xr::Action<xr::Vector2f>>,
+    buttons: BTreeMap<FlightAction, xr::Action<bool>>,
+    /// Buttons with two meanings.
+    long: [LongPress; 3],
+    hands: [xr::Path; 2],
+    controller: &'static Controller,
+    asked: Option<Instant>,
 }
 
 impl Hands {
@@ -94,20 +35,28 @@ impl Hands {
     /// Returns the error of the runtime.
     pub(super) fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
         let set = instance.create_action_set("flight", "Flight", 0).during("xrCreateActionSet")?;
-        let stick = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
-        let button = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
+        let (mut sticks, mut buttons) = (BTreeMap::new(), BTreeMap::new());
+        for action in FlightAction::ALL {
+            let [name, description] = action.names();
+            if action.is_stick() {
+                sticks.insert(action, set.create_action(name, description, &[]).during("xrCreateAction")?);
+            } else {
+                buttons.insert(action, set.create_action(name, description, &[]).during("xrCreateAction")?);
+            }
+        }
+        let path = |text| instance.string_to_path(text).during("xrStringToPath");
         let hands = Self {
-            fly: stick("fly", "Fly forward and sideways")?,
-            turn: stick("turn_and_lift", "Turn, move up and down")?,
-            ahead: button("ahead", "Fly forward")?,
-            fast: button("fast", "Fly faster")?,
-            next_style: button("next_style", "Next style")?,
-            scale: button("scale", "Switch between giant and person")?,
-            reset: button("reset", "Return to the start")?,
-            set: set.clone(),
+            set,
+            sticks,
+            buttons,
+            long: [LongPress::default(); 3],
+            hands: [path("/user/hand/right")?, path("/user/hand/left")?],
+            controller: Controller::of(None),
+            asked: None,
         };
-        for (profile, controls) in CONTROLLERS {
-            if let Err(error) = hands.suggest(instance, profile, controls) {
+        for controller in &CONTROLLERS {
+            if let Err(error) = hands.suggest(instance, controller) {
+                let profile = controller.profile;
                 tracing::warn!("the OpenXR runtime does not accept the bindings of {profile}: {error}");
             }
         }
@@ -115,48 +64,91 @@ impl Hands {
         Ok(hands)
     }
 
-    fn suggest(&self, instance: &xr::Instance, profile: &str, controls: &[(FlightAction, &str)]) -> xr::Result<()> {
-        let mut bindings = Vec::with_capacity(controls.len());
-        for (action, control) in controls {
+    fn suggest(&self, instance: &xr::Instance, controller: &Controller) -> xr::Result<()> {
+        let mut bindings = Vec::with_capacity(controller.controls.len());
+        for (action, control, _) in controller.controls {
             let path = instance.string_to_path(control)?;
-            bindings.push(match action {
-                FlightAction::Fly => xr::Binding::new(&self.fly, path),
-                FlightAction::Turn => xr::Binding::new(&self.turn, path),
-                FlightAction::Ahead => xr::Binding::new(&self.ahead, path),
-                FlightAction::Fast => xr::Binding::new(&self.fast, path),
-                FlightAction::NextStyle => xr::Binding::new(&self.next_style, path),
-                FlightAction::Scale => xr::Binding::new(&self.scale, path),
-                FlightAction::Reset => xr::Binding::new(&self.reset, path),
-            });
+            bindings.extend(self.sticks.get(action).map(|action| xr::Binding::new(action, path)));
+            bindings.extend(self.buttons.get(action).map(|action| xr::Binding::new(action, path)));
         }
-        instance.suggest_interaction_profile_bindings(instance.string_to_path(profile)?, &bindings)
+        instance.suggest_interaction_profile_bindings(instance.string_to_path(controller.profile)?, &bindings)
     }
 
-    /// Returns the present input. A session without focus receives none.
+    /// Returns the controller in use, or the most common one if the runtime does not say. The runtime is asked once in a
+    /// while.
     ///
     /// # Errors
     /// Returns the error of the runtime.
-    pub(super) fn read(&self, session: &xr::Session<xr::Vulkan>) -> Result<HandInput, HeadsetError> {
+    pub(super) fn controller(
+        &mut self,
+        instance: &xr::Instance,
+        session: &xr::Session<xr::Vulkan>,
+    ) -> Result<&'static Controller, HeadsetError> {
+        if self.asked.is_some_and(|asked| asked.elapsed() < ASK) {
+            return Ok(self.controller);
+        }
+        self.asked = Some(Instant::now());
+        for hand in self.hands {
+            let profile = session.current_interaction_profile(hand).during("xrGetCurrentInteractionProfile")?;
+            if profile != xr::Path::NULL {
+                let profile = instance.path_to_string(profile).during("xrPathToString")?;
+                self.controller = Controller::of(Some(&profile));
+                break;
+            }
+        }
+        Ok(self.controller)
+    }
+
+    /// Returns the present input for the flight and for the panel. `step_s` is the time since the last call. A session
+    /// without focus receives none.
+    ///
+    /// # Errors
+    /// Returns the error of the runtime.
+    pub(super) fn read(
+        &mut self,
+        session: &xr::Session<xr::Vulkan>,
+        step_s: f64,
+    ) -> Result<(HandInput, MenuInput), HeadsetError> {
         session.sync_actions(&[(&self.set).into()]).during("xrSyncActions")?;
-        let stick = |action: &xr::Action<xr::Vector2f>| {
+        let stick = |action: FlightAction| {
+            let Some(action) = self.sticks.get(&action) else { return Ok(DVec2::ZERO) };
             let state = action.state(session, xr::Path::NULL).during("xrGetActionStateVector2f")?;
             let push = DVec2::new(state.current_state.x.into(), state.current_state.y.into());
             Ok::<_, HeadsetError>(if state.is_active && push.is_finite() { push } else { DVec2::ZERO })
         };
-        let button = |action: &xr::Action<bool>| {
-            let state = action.state(session, xr::Path::NULL).during("xrGetActionStateBoolean")?;
+        let mut presses = BTreeMap::new();
+        for (action, of_runtime) in &self.buttons {
+            let state = of_runtime.state(session, xr::Path::NULL).during("xrGetActionStateBoolean")?;
             let is_down = state.is_active && state.current_state;
-            // Whether the button is held, and whether it was pressed in this frame.
-            Ok::<_, HeadsetError>((is_down, is_down && state.changed_since_last_sync))
+            presses.insert(*action, (is_down, is_down && state.changed_since_last_sync));
+        }
+        let is_held = |action| presses.get(&action).is_some_and(|(is_held, _)| *is_held);
+        let is_pressed = |action| presses.get(&action).is_some_and(|(_, is_pressed)| *is_pressed);
+        let double = [FlightAction::NextOrStyles, FlightAction::ScaleOrAdjust, FlightAction::ResetOrHelp];
+        let mut presses_of = [(false, false, false); 3];
+        for ((long, action), press) in self.long.iter_mut().zip(double).zip(&mut presses_of) {
+            *press = long.advance(is_held(action), step_s);
+        }
+        let [(next, styles, _), (scale, adjust, _), (reset, _, help)] = presses_of;
+        let [fly, turn] = [stick(FlightAction::Fly)?, stick(FlightAction::Turn)?];
+        let ahead = if is_held(FlightAction::Ahead) { DVec2::Y } else { DVec2::ZERO };
+        let flight = HandInput {
+            left_stick: (fly + ahead).clamp(DVec2::NEG_ONE, DVec2::ONE),
+            right_stick: turn,
+            fast: is_held(FlightAction::Fast),
+            next_style: is_pressed(FlightAction::NextStyle) || next,
+            switch_scale: is_pressed(FlightAction::Scale) || scale,
+            reset: is_pressed(FlightAction::Reset) || reset,
         };
-        let ahead = if button(&self.ahead)?.0 { DVec2::Y } else { DVec2::ZERO };
-        Ok(HandInput {
-            left_stick: (stick(&self.fly)? + ahead).clamp(DVec2::NEG_ONE, DVec2::ONE),
-            right_stick: stick(&self.turn)?,
-            fast: button(&self.fast)?.0,
-            next_style: button(&self.next_style)?.1,
-            switch_scale: button(&self.scale)?.1,
-            reset: button(&self.reset)?.1,
-        })
+        let is_any_pressed = presses.iter().any(|(action, (_, is_new))| *is_new && *action != FlightAction::Help);
+        let menu = MenuInput {
+            styles: is_held(FlightAction::Styles) || styles,
+            adjust: is_held(FlightAction::Adjust) || adjust,
+            help: is_pressed(FlightAction::Help) || help,
+            any: is_any_pressed || fly.length().max(turn.length()) > PUSH,
+            stick: (fly + turn).clamp(DVec2::NEG_ONE, DVec2::ONE),
+            picks: [is_pressed(FlightAction::Ahead), is_pressed(FlightAction::ResetOrHelp)],
+        };
+        Ok((flight, menu))
     }
 }

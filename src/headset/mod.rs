@@ -4,22 +4,31 @@
 //! before the world is opened. [`fly`] then flies until the runtime or the user ends it. `binding` connects OpenXR,
 //! Vulkan and wgpu, and contains all unsafe code; `session` follows the session's states, `swapchains` holds the images
 //! that the runtime shows, `hands` reads the controllers, `stage` and `travel` place the room in the world, and
-//! `flight` draws the frames. `mirror` shows the left eye in a window, with the feature `window`.
+//! `flight` draws the frames. `opening` opens the world in the background. `panel` draws what the panel in the room
+//! shows, `quad` hands it to the runtime, `menu` says which page it has, `controllers` lists the controls of each
+//! controller, and `styles` holds the styles to choose from. `mirror` shows the left eye in a window, with the feature
+//! `window`.
 //!
 //! Why: `docs/decisions/headset.md`.
 
 mod binding;
+mod controllers;
 mod error;
 mod flight;
 mod hands;
 mod hidden;
+mod menu;
 #[cfg(feature = "window")]
 mod mirror;
 #[cfg(not(feature = "window"))]
 mod no_mirror;
+mod opening;
+mod panel;
+mod quad;
 pub(crate) mod session;
 mod show;
 pub(crate) mod stage;
+mod styles;
 pub(crate) mod swapchains;
 pub(crate) mod travel;
 
@@ -33,6 +42,7 @@ pub use session::Runtime;
 use crate::frame::{Antialias, Light};
 use crate::gpu::Gpu;
 use crate::scene::camera::Camera;
+use crate::source::Progress;
 use crate::world::Surfaces;
 
 /// The world that the flight shows.
@@ -48,6 +58,8 @@ pub struct HeadsetWorld {
 /// Options of a flight in a headset.
 #[derive(Clone, Debug)]
 pub struct HeadsetOptions {
+    /// The name of the world, for the panel in the headset.
+    pub name: String,
     /// A preset or a style file.
     pub style: String,
     /// Smoothing of edges.
@@ -56,14 +68,14 @@ pub struct HeadsetOptions {
     pub frames: Option<u64>,
 }
 
-/// Opens the headset of a runtime, and flies over the world that `open` opens on the headset's GPU.
+/// Opens a world on the headset's GPU. It is called on another thread, reports its progress, and ends soon with an error
+/// when the progress says so.
+pub type OpenFn = Box<dyn FnOnce(&Gpu, &dyn Progress) -> anyhow::Result<HeadsetWorld> + Send>;
+
+/// Opens the headset of a runtime, and flies over the world that `open` opens while the session already runs.
 ///
 /// # Errors
 /// Returns a [`HeadsetError`] if something cannot be opened or fails later.
-pub fn fly(
-    runtime: Runtime,
-    options: &HeadsetOptions,
-    open: impl FnOnce(&Gpu) -> anyhow::Result<HeadsetWorld>,
-) -> Result<(), HeadsetError> {
+pub fn fly(runtime: Runtime, options: &HeadsetOptions, open: OpenFn) -> Result<(), HeadsetError> {
     flight::fly(Headset::open(runtime)?, options, open)
 }

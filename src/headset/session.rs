@@ -3,9 +3,9 @@
 use openxr as xr;
 
 use super::binding::{self, Binding};
-use super::error::{During, HeadsetError};
+use super::error::{During, HeadsetError, of_start};
 use super::hidden;
-use super::swapchains::EyeImages;
+use super::swapchains::SwapchainImages;
 use crate::gpu::Gpu;
 
 /// The view configuration: two eyes.
@@ -27,8 +27,14 @@ impl Runtime {
     /// Returns a [`HeadsetError`] that says which of them is missing.
     pub fn connect() -> Result<Self, HeadsetError> {
         let entry = binding::load()?;
-        let no_runtime = |cause| HeadsetError::NoRuntime { cause };
-        let offered = entry.enumerate_extensions().map_err(no_runtime)?;
+        // The loader answers this call from the library of the active runtime, if there is one. Only later calls need
+        // the runtime's service.
+        let offered = entry.enumerate_extensions().map_err(|cause| match cause {
+            xr::sys::Result::ERROR_RUNTIME_FAILURE | xr::sys::Result::ERROR_INSTANCE_LOST => {
+                of_start("xrEnumerateInstanceExtensionProperties", cause)
+            }
+            cause => HeadsetError::NoRuntime { cause },
+        })?;
         if !offered.khr_vulkan_enable2 {
             let runtime = "the OpenXR runtime".to_owned();
             return Err(HeadsetError::Lacks { runtime, what: "XR_KHR_vulkan_enable2" });
@@ -44,14 +50,15 @@ impl Runtime {
             // Loaders of Linux distributions refuse 1.1, and hachure needs nothing of it.
             api_version: xr::Version::new(1, 0, 0),
         };
-        let instance = entry.create_instance(&application, &wanted, &[], &()).map_err(no_runtime)?;
+        let instance = entry.create_instance(&application, &wanted, &[], &());
+        let instance = instance.map_err(|code| of_start("xrCreateInstance", code))?;
         let name = instance.properties().during("xrGetInstanceProperties")?.runtime_name;
         let system = match instance.system(xr::FormFactor::HEAD_MOUNTED_DISPLAY) {
             Ok(system) => system,
             Err(xr::sys::Result::ERROR_FORM_FACTOR_UNAVAILABLE | xr::sys::Result::ERROR_FORM_FACTOR_UNSUPPORTED) => {
                 return Err(HeadsetError::NoHeadset { runtime: name });
             }
-            Err(code) => return Err(HeadsetError::Runtime { call: "xrGetSystem", code }),
+            Err(code) => return Err(of_start("xrGetSystem", code)),
         };
         tracing::info!("OpenXR runtime: {name}");
         Ok(Self { instance, system, name, has_masks: offered.khr_visibility_mask })
@@ -78,7 +85,7 @@ pub enum SessionPhase {
 /// session before its device, the device before the runtime.
 pub struct Headset {
     /// Images of both eyes.
-    pub eyes: [EyeImages; 2],
+    pub eyes: [SwapchainImages; 2],
     /// The stream to which finished frames are submitted.
     pub stream: xr::FrameStream<xr::Vulkan>,
     /// Blocks until the runtime wants the next frame.
@@ -135,7 +142,7 @@ impl Headset {
                 fit(view.recommended_image_rect_height, [view.max_image_rect_height, most.max_swapchain_image_height]),
             ]
         });
-        let [left, right] = sizes_px.map(|size_px| EyeImages::new(&gpu, &session, size_px));
+        let [left, right] = sizes_px.map(|size_px| SwapchainImages::new(&gpu, &session, size_px));
         Ok(Self {
             eyes: [left?, right?],
             stream,

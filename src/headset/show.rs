@@ -41,7 +41,19 @@ impl ShowPass {
         self.full_screen.draw(gpu, encoder, ("headset/show", "fragment"), &resources, image);
     }
 
-    /// Uploads uniforms and ends the frame; must be called after the last eye, before the encoder is submitted.
+    /// Copies `picture` to an image of the same size, as [`ShowPass::run`] does, without a border.
+    pub(super) fn copy(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        picture: &Target,
+        image: (&wgpu::TextureView, wgpu::TextureFormat),
+    ) {
+        let lens = Lens { left: 1.0, right: 1.0, up: 1.0, down: 1.0 };
+        self.run(gpu, encoder, picture, image, &lens, 0.0);
+    }
+
+    /// Uploads uniforms and ends the frame; must be called after the last picture, before the encoder is submitted.
     pub(super) fn flush(&mut self, gpu: &Gpu) {
         self.full_screen.flush(gpu);
     }

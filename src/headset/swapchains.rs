@@ -1,4 +1,4 @@
-//! The images that the runtime shows: one swapchain per eye.
+//! The images that the runtime shows: one swapchain for each eye, and one for the panel.
 
 use openxr as xr;
 
@@ -16,8 +16,8 @@ const FORMATS: [(u32, wgpu::TextureFormat); 5] = [
     (44, wgpu::TextureFormat::Bgra8Unorm),
 ];
 
-/// The images of one eye. Textures are dropped before the swapchain.
-pub struct EyeImages {
+/// The images of one swapchain. Textures are dropped before the swapchain.
+pub struct SwapchainImages {
     images: Vec<(wgpu::Texture, wgpu::TextureView)>,
     /// The swapchain of the runtime, which owns the images.
     pub swapchain: xr::Swapchain<xr::Vulkan>,
@@ -25,7 +25,7 @@ pub struct EyeImages {
     size_px: [u32; 2],
 }
 
-impl EyeImages {
+impl SwapchainImages {
     /// Creates images of a size, in the best format that the runtime offers.
     ///
     /// # Errors

@@ -39,7 +39,7 @@ impl Unsaved {
     }
 
     /// Opens a folder.
-    pub(super) fn within(folder: Option<PathBuf>) -> Self {
+    pub(crate) fn within(folder: Option<PathBuf>) -> Self {
         let (jobs, received) = mpsc::channel();
         let thread = std::thread::Builder::new().name("unsaved edits".to_owned()).spawn(move || work(&received));
         Self { folder, jobs: Some(jobs), thread: thread.ok() }

@@ -46,7 +46,6 @@ mod touched;
 mod welcome;
 mod works;
 
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
@@ -144,7 +143,7 @@ impl FlightWorld {
             .unwrap_or_else(|| world.surfaces.terrain.corners_m());
         Self {
             data_corners_m,
-            name: title(name.as_deref()),
+            name: crate::world::title(name.as_deref()),
             world: name,
             more,
             heights,
@@ -155,12 +154,6 @@ impl FlightWorld {
             surfaces: world.surfaces,
         }
     }
-}
-
-/// Returns the name of a world for the window's title: that of its file without the folder.
-pub(crate) fn title(world: Option<&str>) -> String {
-    let Some(world) = world else { return "the built-in world".to_owned() };
-    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// Options of a flight; the panel can change most of them.

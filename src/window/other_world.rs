@@ -53,7 +53,7 @@ impl OtherWorld {
     /// Begins to open a world, and calls `wake` when there is progress and when it is open.
     pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let name = wanted.name.clone().unwrap_or_default();
-        let title = format!("Opening {}", super::title(wanted.name.as_deref()));
+        let title = format!("Opening {}", crate::world::title(wanted.name.as_deref()));
         let work = Arc::new(Work::new(title, wake));
         let [of_thread, at_end] = [Arc::clone(&work), Arc::clone(&work)];
         let open = move || open(wanted, &of_thread).map(Box::new);

@@ -11,6 +11,7 @@ pub(crate) mod scattered;
 mod start_view;
 mod tree_models;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -168,4 +169,10 @@ impl Surfaces {
         let mesh_m = self.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
         self.terrain.nearest_m(camera_m).min(mesh_m)
     }
+}
+
+/// Returns the name of a world for people: that of its file without the folder.
+pub(crate) fn title(world: Option<&str>) -> String {
+    let Some(world) = world else { return "the built-in world".to_owned() };
+    Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
 }

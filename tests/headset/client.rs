@@ -35,6 +35,10 @@ fn mistakes_are_noticed() {
         ("eyes exchanged", "eye 0 has another pose or lens"),
         ("views of another frame", "the views were not located for this time"),
         ("beyond the image", "a part beyond the image"),
+        ("quad without a pose", "a quad without a pose"),
+        ("quad without a size", "a quad without a size"),
+        ("quad beyond its image", "a part beyond the image"),
+        ("quad never drawn", "xrEndFrame: an image that was never released"),
         ("session begun twice", "xrBeginSession: it runs already"),
         ("session ended early", "xrEndSession: it is not stopping"),
     ] {
@@ -111,10 +115,18 @@ fn client() {
             let views = located(&headset);
             end(&mut headset, time, &views, 1).unwrap_err();
         }
+        "quad without a pose" | "quad without a size" | "quad beyond its image" => {
+            drawn(&mut headset, wgpu::TextureUses::COLOR_TARGET);
+            with_quad(&mut headset, time, &mistake).unwrap_err();
+        }
+        "quad never drawn" => drop(with_quad(&mut headset, time, &mistake).unwrap_err()),
         "wrong layout" => drawn(&mut headset, wgpu::TextureUses::PRESENT),
         _ => {
             drawn(&mut headset, wgpu::TextureUses::COLOR_TARGET);
             shown(&mut headset, time, |headset| located(headset)).unwrap();
+            let state = headset.waiter.wait().unwrap();
+            headset.stream.begin().unwrap();
+            with_quad(&mut headset, state.predicted_display_time, &mistake).unwrap();
         }
     }
 }
@@ -154,4 +166,19 @@ fn end(headset: &mut Headset, time: xr::Time, views: &[xr::View], aside_px: i32)
     });
     let layer = xr::CompositionLayerProjection::new().space(&headset.space).views(&projections);
     headset.stream.end(time, headset.blend, &[&layer])
+}
+
+/// Ends a frame with a quad that shows the left eye's image, and makes a mistake.
+fn with_quad(headset: &mut Headset, time: xr::Time, mistake: &str) -> xr::Result<()> {
+    let [width, height] = headset.eyes[0].size_px().map(|side| side as i32);
+    let x = if mistake == "quad beyond its image" { 1 } else { 0 };
+    let rect = xr::Rect2Di { offset: xr::Offset2Di { x, y: 0 }, extent: xr::Extent2Di { width, height } };
+    let image = xr::SwapchainSubImage::new().swapchain(&headset.eyes[0].swapchain).image_rect(rect);
+    let mut pose = xr::Posef::IDENTITY;
+    if mistake == "quad without a pose" {
+        pose.orientation.w = 0.0;
+    }
+    let size = xr::Extent2Df { width: 1.0, height: if mistake == "quad without a size" { 0.0 } else { 1.0 } };
+    let quad = xr::CompositionLayerQuad::new().space(&headset.space).sub_image(image).pose(pose).size(size);
+    headset.stream.end(time, headset.blend, &[&quad])
 }

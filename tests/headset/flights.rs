@@ -93,6 +93,12 @@ fn what_is_missing_is_one_line() {
         (&[("=LD_LIBRARY_PATH", folder.to_str().unwrap())][..], "no OpenXR loader"),
         (&[("=XR_RUNTIME_JSON", "/nonexistent/runtime.json")], "no OpenXR runtime is active"),
         (&[("HEADSET", "none")], "finds no headset; connect the headset"),
+        // Runtimes whose service is not running say so in several ways.
+        (&[("SERVICE", "-2")], "an OpenXR runtime is active, but it does not answer (xrCreateInstance: "),
+        (&[("SERVICE", "-51")], "an OpenXR runtime is active, but it does not answer (xrCreateInstance: "),
+        (&[("SERVICE", "-6")], "its service is not running, or the headset is not connected; start the service"),
+        (&[("SYSTEM", "-2")], "an OpenXR runtime is active, but it does not answer (xrGetSystem: "),
+        (&[("SERVICE", "-4")], "failed in xrCreateInstance"),
         (&[("VULKAN", "none")], "lacks XR_KHR_vulkan_enable2"),
         (&[("FORMATS", "1")], "lacks a supported colour format"),
         (&[("=VK_DRIVER_FILES", "/nonexistent"), ("=VK_ICD_FILENAMES", "/nonexistent")], "Vulkan cannot draw"),
@@ -100,6 +106,8 @@ fn what_is_missing_is_one_line() {
         let run = room.fly(script, &["--frames", "2"]);
         let line = run.line();
         assert!(line.starts_with("--vr: ") && line.contains(words), "{line}");
+        let has_runtime = !words.contains("no OpenXR");
+        assert!(!has_runtime || !line.contains("no OpenXR runtime is active"), "{line}");
     }
     // An error in the world is reported before a missing headset.
     let mut command = room.command(env!("CARGO_BIN_EXE_hachure").as_ref(), &[("HEADSET", "none")]);

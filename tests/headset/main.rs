@@ -8,6 +8,8 @@ mod common;
 
 mod client;
 mod flights;
+mod monado;
+mod panel;
 mod pictures;
 
 use std::path::{Path, PathBuf};
@@ -88,6 +90,8 @@ impl Room {
             .env("HACHURE_CACHE", self.path("cache"))
             .env("XDG_RUNTIME_DIR", self.0.path())
             .env("XDG_CACHE_HOME", self.0.path())
+            // The user's settings have other favourites.
+            .env("XDG_CONFIG_HOME", self.0.path())
             // Mesa's compiled shaders are shared by all runs.
             .env("MESA_SHADER_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/headset-shaders"))
             .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")

@@ -72,14 +72,21 @@ fn off(shown: &[u8], drawn: &[[f64; 4]]) -> f64 {
     wrong.count() as f64 / drawn.len() as f64
 }
 
-/// Flies with a script, draws the last frame again with the library, and compares the two.
-fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
+/// Flies with a script, a style and a number of frames, draws the last frame again with the library in `style`, and
+/// compares the two. Returns the largest part of an eye's pixels that differ.
+pub(crate) fn difference(
+    room: &Room,
+    script: &[(&str, &str)],
+    (flown, frames): (&str, &str),
+    style: &Style,
+    scale: f64,
+) -> f64 {
     let _ = std::fs::remove_dir_all(room.path("dump"));
     std::fs::create_dir(room.path("dump")).unwrap();
     let dump = room.path("dump");
     let sizes = SIZES_PX.map(|[width, height]| format!("{width}x{height}")).join(",");
     let script = [script, &[("DUMP", dump.to_str().unwrap()), ("SIZES", &sizes)]].concat();
-    room.fly(&script, &["--frames", "14", "--style", style, "--antialias", "none"]).well(style);
+    room.fly(&script, &["--frames", frames, "--style", flown, "--antialias", "none"]).well(flown);
     let shown = last_frame(room);
 
     let gpu = crate::common::gpu().unwrap();
@@ -98,32 +105,36 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
     let rig = rig(&eyes, floor_m, scale);
     let apart_m = rig.eyes[0].pose.position_m.distance(rig.eyes[1].pose.position_m);
     assert!((apart_m - 0.063 * scale).abs() < 1e-3 * scale, "{apart_m} m");
-    let (light, style) = (world.light(), Style::load(style).unwrap());
+    let light = world.light();
     let mut renderer = Renderer::new(&gpu).unwrap();
     // Tiles and horizon maps are loaded synchronously; the second frame has all of them.
     for _ in 0..2 {
-        let prepared = frame::prepare(&gpu, &mut world.surfaces, &rig, &style, &light);
-        renderer.render_rig(&gpu, &world.surfaces, &prepared, &rig, &style, &light).unwrap();
+        let prepared = frame::prepare(&gpu, &mut world.surfaces, &rig, style, &light);
+        renderer.render_rig(&gpu, &world.surfaces, &prepared, &rig, style, &light).unwrap();
     }
     gpu.check().unwrap();
     let drawn = [0, 1].map(|eye| halves(&gpu, renderer.eye_target(eye, &PICTURE).unwrap()));
-    for eye in [0, 1] {
-        let off = off(&shown[eye].1, &drawn[eye]);
-        println!("{} at 1:{scale}, eye {eye}: {off} of the pixels differ", style.name);
-        assert!(off < 0.01, "{}, eye {eye}: {off} of the pixels differ", style.name);
-    }
+    let most = [0, 1].map(|eye| off(&shown[eye].1, &drawn[eye])).into_iter().fold(0.0, f64::max);
+    println!("{} at 1:{scale}: {most} of the pixels differ", style.name);
     // Planted: swapped eyes. Their sizes differ, so lenses and poses are swapped instead.
     let mut exchanged = rig.clone();
     exchanged.eyes.swap(0, 1);
     for (view, size_px) in exchanged.eyes.iter_mut().zip(SIZES_PX) {
         (view.picture_px, view.part) = (size_px, Part::whole(size_px));
     }
-    let prepared = frame::prepare(&gpu, &mut world.surfaces, &exchanged, &style, &light);
-    renderer.render_rig(&gpu, &world.surfaces, &prepared, &exchanged, &style, &light).unwrap();
+    let prepared = frame::prepare(&gpu, &mut world.surfaces, &exchanged, style, &light);
+    renderer.render_rig(&gpu, &world.surfaces, &prepared, &exchanged, style, &light).unwrap();
     for (eye, (_, shown)) in shown.iter().enumerate() {
         let off = off(shown, &halves(&gpu, renderer.eye_target(eye, &PICTURE).unwrap()));
         assert!(off > 0.03, "{}: swapped eyes were not detected ({off})", style.name);
     }
+    most
+}
+
+/// Compares as [`difference`] does; the pictures must be the same.
+fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
+    let off = difference(room, script, (style, "14"), &Style::load(style).unwrap(), scale);
+    assert!(off < 0.01, "{style}: {off} of the pixels differ");
 }
 
 #[test]

@@ -1,11 +1,15 @@
 //! `fly --vr` in a build with OpenXR.
 
+use std::sync::atomic::AtomicBool;
+
 use super::FlyArgs;
 use super::opened::OpenedWorld;
 use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
+use crate::commands::progress::Bar;
 use crate::headset::{self, HeadsetOptions, HeadsetWorld, Runtime};
 use crate::scene::stereo::Eyes;
+use crate::source::Progress;
 
 /// Runs the command.
 ///
@@ -22,12 +26,31 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
     arguments::style(style)?;
     args.world.check()?;
     let runtime = Runtime::connect()?;
-    let opened = OpenedWorld::new(args)?;
-    let options = HeadsetOptions { style: style.to_owned(), antialias: args.antialias, frames: args.frames };
+    let options = HeadsetOptions {
+        name: crate::world::title(args.world.name()),
+        style: style.to_owned(),
+        antialias: args.antialias,
+        frames: args.frames,
+    };
     let args = args.clone();
-    let open = move |gpu: &crate::gpu::Gpu| {
-        let (world, start) = opened.on_gpu(&args, gpu)?;
+    let open = move |gpu: &crate::gpu::Gpu, progress: &dyn Progress| {
+        let progress = &Both(Bar::default(), progress);
+        let (world, start) = OpenedWorld::new(&args, progress)?.on_gpu(&args, gpu, progress)?;
         Ok(HeadsetWorld { light: world.light(), start, surfaces: world.surfaces })
     };
-    Ok(headset::fly(runtime, &options, open)?)
+    Ok(headset::fly(runtime, &options, Box::new(open))?)
+}
+
+/// Reports progress on the terminal and in the headset.
+struct Both<'a>(Bar, &'a dyn Progress);
+
+impl Progress for Both<'_> {
+    fn report(&self, what: &str, done: f32) {
+        self.0.report(what, done);
+        self.1.report(what, done);
+    }
+
+    fn stop(&self) -> &AtomicBool {
+        self.1.stop()
+    }
 }

@@ -3,11 +3,13 @@
 use super::opened::OpenedWorld;
 use super::{FlyArgs, SIZE_PX, STYLE};
 use crate::commands::arguments;
+use crate::commands::progress::Bar;
 use crate::commands::render::{self, like};
 use crate::gpu::device::AdapterWish;
 use crate::scene::reach::Reach;
 use crate::window::remembered::Remembered;
-use crate::window::{FlightOptions, FlightWorld, Windowing, title};
+use crate::window::{FlightOptions, FlightWorld, Windowing};
+use crate::world::title;
 
 /// Runs the command.
 ///
@@ -42,13 +44,13 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         reach: Reach::trusting(args.world.trust_scene),
     };
     // Also before the window opens: it may take a while.
-    let opened = OpenedWorld::new(args)?;
+    let opened = OpenedWorld::new(args, &Bar::default())?;
     let heights = opened.heights();
     let mut more = like::of_world(&args.world);
     more.tile_memory = Some(args.tile_memory).filter(|mib| *mib != render::TILE_MEMORY_MIB);
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
-        let (world, start) = opened.on_gpu(&args, gpu)?;
+        let (world, start) = opened.on_gpu(&args, gpu, &Bar::default())?;
         Ok(FlightWorld::new(world, start, args.world.name.clone(), more, heights))
     };
     Ok(windowing.run(options, Box::new(open))?)

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use super::FlyArgs;
-use crate::commands::progress::Bar;
 use crate::gpu::Gpu;
 use crate::pyramid::TileStore;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
+use crate::source::Progress;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::world::{self, OpenWorld};
 
@@ -25,10 +25,10 @@ pub(super) struct OpenedWorld {
 
 impl OpenedWorld {
     /// Opens the world of the arguments. A DEM that is opened for the first time takes a while to bake.
-    pub(super) fn new(args: &FlyArgs) -> anyhow::Result<Self> {
+    pub(super) fn new(args: &FlyArgs, progress: &dyn Progress) -> anyhow::Result<Self> {
         let scene = args.world.scene()?;
         let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
-        let heights = world::open_store(&true_to_scale, &Bar::default())?;
+        let heights = world::open_store(&true_to_scale, progress)?;
         let store = world::exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);
         let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
         Ok(Self { scene, heights, store, looked_at_m })
@@ -41,11 +41,16 @@ impl OpenedWorld {
     }
 
     /// Puts the world onto a GPU, and returns it with the camera at the start.
-    pub(super) fn on_gpu(self, args: &FlyArgs, gpu: &Gpu) -> anyhow::Result<(OpenWorld, Camera)> {
+    pub(super) fn on_gpu(
+        self,
+        args: &FlyArgs,
+        gpu: &Gpu,
+        progress: &dyn Progress,
+    ) -> anyhow::Result<(OpenWorld, Camera)> {
         let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let mut world = OpenWorld::on_gpu_with(gpu, self.scene, self.store, options, &Bar::default())?;
+        let mut world = OpenWorld::on_gpu_with(gpu, self.scene, self.store, options, progress)?;
         let [width, height] = args.size.unwrap_or(super::SIZE_PX);
         let aspect = f64::from(width) / f64::from(height);
         let start = match (args.camera, self.looked_at_m) {

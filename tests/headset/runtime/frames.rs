@@ -357,8 +357,10 @@ pub(crate) unsafe extern "system" fn end_frame(session: xr::Session, info: *cons
         };
         let is_held = session.chains.values().any(super::swapchains::Chain::is_held);
         let checked = check_layers(&mut state, frame, is_held, info);
-        // The script counts frames from the first one that shows something, however long that takes.
-        if state.frames > 0 || info.layer_count > 0 {
+        // The script counts frames from the first one that shows the world, however long that takes.
+        let types = (0..info.layer_count as usize).map(|i| unsafe { (**info.layers.add(i)).ty });
+        let shows_world = types.into_iter().any(|ty| ty == xr::CompositionLayerProjection::TYPE);
+        if state.frames > 0 || shows_world {
             state.frames += 1;
         }
         events_of(&mut state);

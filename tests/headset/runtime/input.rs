@@ -46,8 +46,22 @@ const CONTROLLERS: [(&str, &[&str]); 5] = [
         ],
     ),
     ("valve/index_controller", &["a/click", "b/click", "squeeze/value", "trigger/value", "thumbstick", "trackpad"]),
-    ("microsoft/motion_controller", &["menu/click", "squeeze/click", "trigger/value", "thumbstick", "trackpad"]),
-    ("htc/vive_controller", &["menu/click", "squeeze/click", "trigger/click", "trigger/value", "trackpad"]),
+    (
+        "microsoft/motion_controller",
+        &[
+            "menu/click",
+            "squeeze/click",
+            "trigger/value",
+            "thumbstick",
+            "thumbstick/click",
+            "trackpad",
+            "trackpad/click",
+        ],
+    ),
+    (
+        "htc/vive_controller",
+        &["menu/click", "squeeze/click", "trigger/click", "trigger/value", "trackpad", "trackpad/click"],
+    ),
 ];
 
 fn is_control(profile: &str, path: &str) -> bool {

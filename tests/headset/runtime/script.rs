@@ -3,12 +3,18 @@
 
 use std::path::PathBuf;
 
+use openxr_sys as xr;
+
 /// All settings of the runtime.
 pub(crate) struct Script {
     /// `HACHURE_XR_LOG`: file to which violations are appended, one per line.
     pub log: Option<PathBuf>,
     /// `HACHURE_XR_HEADSET=none`: no headset is connected.
     pub has_headset: bool,
+    /// `HACHURE_XR_SERVICE=-2`: the service is not running, so no instance can be created; the number is the error.
+    pub without_service: Option<xr::Result>,
+    /// `HACHURE_XR_SYSTEM=-2`: the service is not running, which shows when the headset is looked for.
+    pub without_system: Option<xr::Result>,
     /// `HACHURE_XR_VULKAN=none`: the runtime has no extension for Vulkan.
     pub has_vulkan: bool,
     /// `HACHURE_XR_STAGE=none`: no stage was set up.
@@ -64,6 +70,10 @@ fn frame(name: &str) -> Option<u64> {
     variable(name).map(|text| text.parse().unwrap())
 }
 
+fn error(name: &str) -> Option<xr::Result> {
+    variable(name).map(|text| xr::Result::from_raw(text.parse().unwrap()))
+}
+
 fn range(text: &str) -> [u64; 2] {
     let (from, to) = text.split_once('-').unwrap();
     [from.parse().unwrap(), to.parse().unwrap()]
@@ -83,6 +93,8 @@ impl Script {
         Self {
             log: variable("LOG").map(PathBuf::from),
             has_headset: is_there("HEADSET"),
+            without_service: error("SERVICE"),
+            without_system: error("SYSTEM"),
             has_vulkan: is_there("VULKAN"),
             has_stage: is_there("STAGE"),
             lose_session: frame("LOSE_SESSION"),

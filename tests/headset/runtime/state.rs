@@ -32,6 +32,8 @@ pub(crate) struct State {
     /// Number of frames that have ended.
     pub frames: u64,
     pub violations: u64,
+    /// Number of frames that showed nothing, though the session was seen and the head was tracked.
+    pub empty_frames: u64,
 }
 
 // SAFETY: the only pointers in it end chains of structs, so they are null.
@@ -115,6 +117,7 @@ impl State {
             events: VecDeque::new(),
             frames: 0,
             violations: 0,
+            empty_frames: 0,
         }
     }
 

@@ -12,7 +12,7 @@ use super::vulkan::Image;
 const IMAGES: usize = 3;
 
 pub(crate) struct Chain {
-    /// Index by order of creation; 0 is the left eye's.
+    /// Index by order of creation; 0 is the left eye's, 2 the panel's.
     pub number: usize,
     pub size_px: [u32; 2],
     format: vk::Format,
@@ -26,6 +26,8 @@ pub(crate) struct Chain {
     pub is_new: bool,
     /// Bytes of the last image that was released, if images are dumped.
     pub bytes: Vec<u8>,
+    /// Name of the file to which the last image was dumped.
+    pub file: String,
 }
 
 impl Chain {
@@ -91,6 +93,7 @@ pub(crate) unsafe extern "system" fn create(
                 was_released: false,
                 is_new: false,
                 bytes: Vec::new(),
+                file: String::new(),
             },
         );
         unsafe { *out = xr::Swapchain::from_raw(handle) };

@@ -52,6 +52,9 @@ pub(crate) unsafe extern "system" fn create_instance(
     instance: *mut xr::Instance,
 ) -> xr::Result {
     let (mut state, info) = (hold(), unsafe { &*info });
+    if let Some(error) = state.script.without_service {
+        return error;
+    }
     if info.ty != xr::InstanceCreateInfo::TYPE || state.has_instance {
         return state.violation("xrCreateInstance", "wrong type, or twice", xr::Result::ERROR_VALIDATION_FAILURE);
     }
@@ -83,8 +86,8 @@ pub(crate) unsafe extern "system" fn destroy_instance(instance: xr::Instance) ->
         state.violation("xrDestroyInstance", "the session is still there", xr::Result::SUCCESS);
     }
     state.has_instance = false;
-    let (frames, violations) = (state.frames, state.violations);
-    state.log(&format!("ended after {frames} frames with {violations} violations"));
+    let (frames, violations, empty) = (state.frames, state.violations, state.empty_frames);
+    state.log(&format!("ended after {frames} frames with {violations} violations and {empty} empty frames"));
     xr::Result::SUCCESS
 }
 
@@ -131,6 +134,9 @@ pub(crate) unsafe extern "system" fn get_system(
         state.check("xrGetSystem", (info.ty, info.next), xr::SystemGetInfo::TYPE)?;
         if info.form_factor != xr::FormFactor::HEAD_MOUNTED_DISPLAY {
             return Err(xr::Result::ERROR_FORM_FACTOR_UNSUPPORTED);
+        }
+        if let Some(error) = state.script.without_system {
+            return Err(error);
         }
         if !state.script.has_headset {
             return Err(xr::Result::ERROR_FORM_FACTOR_UNAVAILABLE);
