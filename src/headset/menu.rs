@@ -178,9 +178,7 @@ impl Menu {
         Some(match self.open {
             Open::Nothing => return None,
             Open::Help => {
-                let help = controller.controls.iter().find(|(action, ..)| action.does().ends_with("this"));
-                let ready = help.map_or(String::new(), |(_, _, name)| format!("Any button begins; {name} shows this."));
-                let (footer, done) = doing.unwrap_or((ready, None));
+                let (footer, done) = doing.unwrap_or(("Any button closes this.".to_owned(), None));
                 Page { title: format!("hachure: {name}"), body: Body::Controls(controller.rows()), footer, done }
             }
             Open::Styles(column, row) => {
@@ -302,9 +300,10 @@ mod tests {
         let wishes = run(&mut menu, &styles, &[HELD, down, HELD, down, HELD, up, HELD, IDLE]);
         assert_eq!(wishes, [Wish::Style("pen".to_owned())]);
         assert!(!menu.is_open());
-        // From the last favourite down are all styles; a stick that stays deflected repeats after a while.
+        // A stick that stays deflected for 1.5 s selects seven times: at once, after half a second, and then in every
+        // second step.
         let wishes = run(&mut menu, &styles, &[vec![HELD], vec![down; 15], vec![IDLE]].concat());
-        assert_eq!(wishes, [Wish::Style("ink".to_owned())]);
+        assert_eq!(wishes, [Wish::Style("wash".to_owned())]);
         // The help's button, and a session without input, choose nothing, and the button must be released first.
         let help = MenuInput { help: true, ..HELD };
         assert!(run(&mut menu, &styles, &[HELD, down, help, HELD, HELD, IDLE]).is_empty());
