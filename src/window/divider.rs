@@ -92,7 +92,7 @@ fn line(context: &egui::Context, free: Rect, x: f32) -> Option<f32> {
     let area = egui::Area::new(Id::unique("divider")).order(Order::Middle).movable(false);
     let area = area.fixed_pos(pos2(x - 0.5 * GRAB, free.top())).constrain(false);
     let line = area.show(context, |ui| {
-        let (rect, line) = ui.allocate_exact_size(vec2(GRAB, free.height()), Sense::click_and_drag());
+        let (rect, line) = ui.allocate_exact_size(vec2(GRAB, free.height()), Sense::drag());
         let center = pos2(x, rect.center().y);
         let is_held = line.hovered() || line.dragged() || line.has_focus();
         let color = if is_held { Color32::WHITE } else { Color32::from_white_alpha(210) };
@@ -229,9 +229,9 @@ mod tests {
         harness.run();
         // The list is long, and shows its beginning.
         let (styles, _) = Styles::with("ink").unwrap();
-        harness.get_by_label(&styles.list()[1].name).click();
+        harness.get_by_label(&styles.list()[2].name).click();
         harness.run();
-        assert_eq!(harness.state().0.left, Left::Style(1));
+        assert_eq!(harness.state().0.left, Left::Style(2));
         assert!(harness.state().1);
         harness.get_by_label("Remove the divider").click();
         harness.run();

@@ -2,6 +2,7 @@
 
 use egui::{Align, Color32, Layout, RichText, Slider, Ui};
 
+use super::values::is_menu_click;
 use super::{Edit, LABEL_WIDTH, named};
 use crate::studio::document::StyleDocument;
 use crate::style::controls::{Control, END};
@@ -41,7 +42,7 @@ fn slider(ui: &mut Ui, document: &StyleDocument, control: Control, edits: &mut V
         let mut position = before;
         let widget = ui.add(Slider::new(&mut position, -END..=END).show_value(false));
         named(&widget, control.name());
-        if widget.changed() && position != before {
+        if widget.changed() && position != before && !is_menu_click(ui) {
             edits.push(Edit::Control(control, position));
         }
         let is_aimed_at = widget.hovered() || widget.has_focus() || label.inner.hovered();

@@ -303,11 +303,12 @@ fn the_menu_copies_the_option_of_the_command_line() {
     harness.get_by_label(&name).click_secondary();
     harness.run();
     harness.get_by_label("Copy for the command line").click();
-    harness.run();
-    let commands = harness.output().platform_output.commands.clone();
-    let copied = commands.iter().find_map(|command| match command {
-        egui::OutputCommand::CopyText(text) => Some(text.as_str()),
-        _ => None,
+    let copied = (0..4).find_map(|_| {
+        harness.step();
+        harness.output().platform_output.commands.iter().find_map(|command| match command {
+            egui::OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        })
     });
-    assert_eq!(copied, Some("--set=tone.steps=3"));
+    assert_eq!(copied.as_deref(), Some("--set=tone.steps=3"));
 }

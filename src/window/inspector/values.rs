@@ -132,7 +132,9 @@ fn number(ui: &mut Ui, name: &str, row: &Row, mut value: f64, set: &mut impl FnM
         slider = slider.clamping(SliderClamping::Edits).smallest_positive(if low > 0.0 { low } else { 0.01 });
         let widget = ui.add(if is_whole { slider.integer() } else { slider });
         named(&widget, name);
-        if widget.changed() {
+        if is_menu_click(ui) {
+            value = before;
+        } else if widget.changed() {
             value = if is_whole { value.round() } else { rounded(value, high - low) };
         }
         widgets.push(widget);
@@ -158,6 +160,13 @@ fn number(ui: &mut Ui, name: &str, row: &Row, mut value: f64, set: &mut impl FnM
         set(of_range(value, before, &definition.range, is_whole));
     }
     widgets
+}
+
+/// Returns whether the mouse opens a menu. A slider of egui follows every button of the mouse, but a right click must not
+/// change the value.
+pub(super) fn is_menu_click(ui: &Ui) -> bool {
+    let button = egui::PointerButton::Secondary;
+    ui.input(|input| input.pointer.button_down(button) || input.pointer.button_released(button))
 }
 
 /// Rounds a value that a slider set to a few digits, relative to the value or to a small part of the slider.
