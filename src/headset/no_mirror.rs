@@ -4,21 +4,21 @@ use crate::gpu::Gpu;
 use crate::gpu::target::Target;
 
 /// A mirror that cannot exist.
-pub enum Mirror {}
+pub(super) enum Mirror {}
 
 impl Mirror {
     /// Returns `None`: this build cannot open a window.
-    pub fn open(_gpu: &Gpu, _eye_px: [u32; 2]) -> Option<Self> {
+    pub(super) fn open(_gpu: &Gpu, _eye_px: [u32; 2]) -> Option<Self> {
         None
     }
 
     /// Is never called.
-    pub fn is_closed(&mut self) -> bool {
+    pub(super) fn is_closed(&mut self) -> bool {
         match *self {}
     }
 
     /// Is never called.
-    pub fn show(&mut self, _picture: &Target) {
+    pub(super) fn show(&mut self, _picture: &Target) {
         match *self {}
     }
 }

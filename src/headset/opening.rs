@@ -12,7 +12,7 @@ use crate::gpu::Gpu;
 use crate::source::Progress;
 
 /// Longest time that the end of the program waits for the thread.
-const LONGEST_END: Duration = Duration::from_secs(10);
+const LONGEST_END: Duration = Duration::from_secs(2);
 
 /// What the thread is doing.
 #[derive(Default)]

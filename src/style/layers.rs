@@ -19,7 +19,7 @@ pub mod hatching;
 mod height_lines;
 mod ink;
 mod lines;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 mod order;
 mod rims;
 mod rows;
@@ -45,9 +45,9 @@ pub use height_lines::HeightLines;
 pub(crate) use ink::{Channels, Fading, Ink, InkPass, LayerBehaviour, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(super) use order::number_headers;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) use order::{LayerEdit, with_layer_edit};
 pub use rims::Rims;
 pub use rows::Rows;
@@ -243,7 +243,7 @@ fn keyed(name: &str, number: usize) -> String {
 }
 
 /// Returns how many layers of a kind a style may have.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) fn most_of_kind(name: &str) -> usize {
     KINDS.iter().find(|(known, _)| *known == name).map_or(0, |(_, max)| *max)
 }
@@ -325,7 +325,7 @@ impl Setting for Layers {
 
 impl Style {
     /// Returns the style without the layers for which `is_left_out` is true of their key, which may be `cuts[1]`.
-    #[cfg(feature = "window")]
+    #[cfg(any(feature = "window", feature = "headset"))]
     #[must_use]
     pub(crate) fn without_layers(mut self, is_left_out: impl Fn(&str) -> bool) -> Self {
         let keys: Vec<String> = (0..self.layers.len()).map(|index| self.layers.key(index)).collect();

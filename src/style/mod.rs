@@ -1,14 +1,14 @@
 //! Styles: the layers and colours of a drawing. A style file is TOML; passes run only for the sections that it has.
 
 pub(crate) mod color;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) mod controls;
 mod curvature;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) mod differences;
 mod error;
 pub(crate) mod extends;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) mod families;
 mod focus;
 mod held;
@@ -284,7 +284,7 @@ impl Style {
     ///
     /// # Errors
     /// The errors are those of [`Style::parse`].
-    #[cfg(feature = "window")]
+    #[cfg(any(feature = "window", feature = "headset"))]
     pub(crate) fn parse_edit(name: &str, text: &str, before: &Self) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));

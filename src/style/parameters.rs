@@ -31,12 +31,12 @@ pub(crate) use definition::unit;
 pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
 pub use document::document;
 pub(crate) use range::Range;
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) use setting::shortest;
 pub(crate) use setting::{Setting, absent, first};
-pub(crate) use text::{Tree, find, set, text};
-#[cfg(feature = "window")]
-pub(crate) use text::{restore, set_all};
+#[cfg(any(feature = "window", feature = "headset"))]
+pub(crate) use text::restore;
+pub(crate) use text::{Tree, find, set, set_all, text};
 
 use super::{extends, layers};
 use crate::file::toml_text::{self, TomlError, Wrong};

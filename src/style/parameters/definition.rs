@@ -70,7 +70,7 @@ pub(crate) struct Parameter {
 
 /// The ends of a slider for a number. Values outside of them may still be typed, if the range of the parameter allows
 /// them.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SliderEnds {
     pub low: f32,
@@ -80,7 +80,7 @@ pub(crate) struct SliderEnds {
 }
 
 /// Widest range for which a slider is useful.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 const WIDEST_SLIDER: f32 = 1e6;
 
 impl Definition {
@@ -103,7 +103,7 @@ impl Definition {
     }
 
     /// Returns the ends of a slider for a number; `None` if the range is too wide for a slider.
-    #[cfg(feature = "window")]
+    #[cfg(any(feature = "window", feature = "headset"))]
     pub(crate) fn slider(&self) -> Option<SliderEnds> {
         let [low, high] = self.range.ends();
         let low = low?;

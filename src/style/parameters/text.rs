@@ -95,7 +95,7 @@ fn set_in(document: &mut DocumentMut, key: &str, mut value: Value) -> Result<(),
 ///
 /// # Errors
 /// As [`set`]; a value without a default cannot be left out, which shows when the text is read.
-#[cfg(feature = "window")]
+#[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) fn restore<T: Setting>(
     name: &str,
     text: &str,
