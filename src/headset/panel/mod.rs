@@ -218,9 +218,7 @@ pub(super) mod tests {
             footer: "Press a button to begin".to_owned(),
             done: None,
         };
-        let begun = std::time::Instant::now();
         let pixels = page.pixels();
-        println!("a page is drawn in {:.1} ms", begun.elapsed().as_secs_f64() * 1000.0);
         // Left column, right column, title, footer.
         for (from, to, tone) in [
             ([44, 130], [364, 172], ACCENT),
