@@ -354,7 +354,8 @@ impl Pipelines {
     /// Returns how many pipelines that a frame needs other threads are compiling, or will compile.
     pub(crate) fn being_built(&self) -> usize {
         let state = self.lock();
-        state.open() - usize::from(state.spare.is_some())
+        // A spare pipeline whose job panicked is not open any more.
+        state.open().saturating_sub(usize::from(state.spare.is_some()))
     }
 
     /// Makes the pipelines that were requested with [`Builds::Spare`] spare pipelines.
