@@ -21,6 +21,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use winit::event::WindowEvent;
 use winit::event_loop::EventLoopProxy;
 use winit::window::Window;
 
@@ -139,6 +140,8 @@ pub(super) struct Flight {
     wish: AdapterWish,
     browser: Browser,
     recent: Recent,
+    /// Keys that were pressed after a click that the panels have not seen yet.
+    delayed_keys: Vec<WindowEvent>,
     /// Files that were dropped since the last frame.
     dropped: Vec<PathBuf>,
     /// Which files a scene may name.
@@ -268,6 +271,7 @@ impl Flight {
             wish: options.adapter.clone(),
             browser: Browser::default(),
             recent: Recent::open(),
+            delayed_keys: Vec::new(),
             dropped: Vec::new(),
             reach: options.reach,
             adapter: gpu.description(),
@@ -359,6 +363,9 @@ impl Flight {
         self.stale |= drags | moves | self.follow_path(now, drags | moves);
         self.compare(self.input.compares());
         let painted = self.lay_panel_out()?;
+        if self.act_on_delayed_keys()? == Next::Quit {
+            return Ok(Next::Quit);
+        }
         let rendered = self.stale || self.frames_left.is_some();
         if rendered {
             self.render_picture(step_s)?;

@@ -234,7 +234,10 @@ impl Input {
         if copies || closes || code == KeyCode::Backspace {
             return forward(window, overlay, event);
         }
-        if down && self.keys.control() {
+        // Shift may be pressed after Ctrl.
+        let is_modifier =
+            matches!(code, KeyCode::ShiftLeft | KeyCode::ShiftRight | KeyCode::AltLeft | KeyCode::AltRight);
+        if down && self.keys.control() && !is_modifier {
             let action = keys::action_with_control(key.logical_key.to_text(), self.keys.shift());
             return action.filter(|_| !key.repeat).map_or(Reaction::Nothing, Reaction::Do);
         }

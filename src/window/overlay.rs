@@ -8,7 +8,9 @@ use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::clipboard::Clipboard;
+use super::event_parts::first_part;
 use super::gallery::thumbnails::Textures;
+use super::probe::Probe;
 use super::screen_reader::ScreenReader;
 use crate::gpu::Gpu;
 
@@ -24,6 +26,11 @@ pub(super) struct Overlay {
     /// Areas of docked panels, in points.
     docked: Vec<egui::Rect>,
     screen_reader: ScreenReader,
+    probe: Probe,
+    /// Events that egui gets in the next frame.
+    held_back: Vec<egui::Event>,
+    /// Whether a button of the mouse was pressed over a panel since the last frame.
+    was_pressed: bool,
 }
 
 /// A panel that is laid out but not yet painted.
@@ -62,6 +69,9 @@ impl Overlay {
             pointer: None,
             docked: Vec::new(),
             screen_reader,
+            probe: Probe::of_environment(),
+            held_back: Vec::new(),
+            was_pressed: false,
         }
     }
 
@@ -71,6 +81,7 @@ impl Overlay {
             let scale = f64::from(self.context.pixels_per_point());
             self.pointer = Some(egui::pos2((position.x / scale) as f32, (position.y / scale) as f32));
         }
+        self.was_pressed |= matches!(event, WindowEvent::MouseInput { .. });
         // While flying, no text is being typed.
         if !self.is_typing() {
             return self.state.on_window_event(window, event);
@@ -84,6 +95,12 @@ impl Overlay {
     /// Carries out what a screen reader has asked for. Returns whether the panels need a repaint.
     pub(super) fn take_screen_reader(&mut self) -> bool {
         self.screen_reader.take(&self.context, &mut self.state)
+    }
+
+    /// Returns whether the meaning of a key depends on a click that egui has not seen yet: it may give a text field the
+    /// focus.
+    pub(super) fn awaits_frame(&self) -> bool {
+        self.was_pressed || !self.held_back.is_empty()
     }
 
     /// Returns whether a text field has the focus.
@@ -146,14 +163,24 @@ impl Overlay {
 
     /// Lays out the panel. The result must be painted, because it contains texture updates.
     pub(super) fn run(&mut self, window: &Window, mut panel: impl FnMut(&mut egui::Ui)) -> Painted {
-        let input = self.state.take_egui_input(window);
+        if self.probe.wants_names() {
+            self.context.enable_accesskit();
+        }
+        let mut input = self.state.take_egui_input(window);
+        let mut events = std::mem::take(&mut self.held_back);
+        events.append(&mut input.events);
+        self.held_back = events.split_off(first_part(&events));
+        input.events = events;
+        self.was_pressed = false;
         let output = self.context.run_ui(input, |ui| panel(ui));
         self.clipboard.take(&output.platform_output.commands);
+        self.probe.write(output.platform_output.accesskit_update.as_ref(), output.pixels_per_point);
+        self.probe.end_frame();
         self.state.handle_platform_output(window, output.platform_output);
         let delay =
             output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);
         // `None` for a delay that overflows the clock: no repaint.
-        self.repaint_at = Instant::now().checked_add(delay);
+        self.repaint_at = Instant::now().checked_add(if self.held_back.is_empty() { delay } else { Duration::ZERO });
         let shapes = self.context.tessellate(output.shapes, output.pixels_per_point);
         Painted { shapes, textures: output.textures_delta, pixels_per_point: output.pixels_per_point }
     }

@@ -62,6 +62,37 @@ impl Flight {
         if self.on_dropped(event) {
             return Ok(Next::Frame);
         }
+        if matches!(event, WindowEvent::KeyboardInput { .. } | WindowEvent::ModifiersChanged(_))
+            && (self.overlay.awaits_frame() || !self.delayed_keys.is_empty())
+        {
+            self.delayed_keys.push(event.clone());
+            return Ok(Next::Frame);
+        }
+        self.on_input(event)
+    }
+
+    /// Handles the keys that were pressed after a click, now that the panels have seen it.
+    ///
+    /// # Errors
+    /// Fails if the GPU fails.
+    pub(super) fn act_on_delayed_keys(&mut self) -> Result<Next, WindowError> {
+        let mut next = Next::Sleep;
+        let mut keys = std::mem::take(&mut self.delayed_keys).into_iter();
+        while !self.overlay.awaits_frame() {
+            let Some(key) = keys.next() else { break };
+            match self.on_input(&key)? {
+                Next::Quit => return Ok(Next::Quit),
+                Next::Frame => next = Next::Frame,
+                Next::Sleep => {}
+            }
+        }
+        self.delayed_keys = keys.collect();
+        self.inspector_is_old |= next == Next::Frame;
+        Ok(next)
+    }
+
+    /// Handles an event of the mouse or of the keyboard.
+    fn on_input(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
         match self.input.on_event(&self.window, &mut self.overlay, event) {
             Reaction::Nothing => Ok(Next::Sleep),
             Reaction::Panel | Reaction::Fly => Ok(Next::Frame),

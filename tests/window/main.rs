@@ -1,138 +1,17 @@
-//! Tests the window on a virtual display: it opens, reacts to keys, writes pictures, and ends well.
+//! Tests the window on a virtual display: it opens, reacts to keys and the mouse, writes pictures, and ends well.
 
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
-use std::io::{BufRead, BufReader};
+mod display;
+mod drop;
+mod studio;
+
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use geotiff_writer::{GeoTiffBuilder, ModelType};
+use display::{Display, can_run, hachure, open, open_with, pictures, settled, take_picture, until};
 use hachure::file::png::{Picture, read_rgba8};
-use hachure::gpu::Gpu;
-use hachure::gpu::device::AdapterWish;
-
-/// A loaded machine without a GPU is slow.
-const PATIENCE: Duration = Duration::from_secs(180);
-
-/// A process that is killed when the test ends.
-struct Running(Child);
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
-/// A display in memory.
-struct Display {
-    name: String,
-    _server: Running,
-}
-
-impl Display {
-    fn open() -> Option<Self> {
-        let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp", "-noreset"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .ok()?;
-        let output = server.stdout.take().unwrap();
-        let server = Running(server);
-        let mut number = String::new();
-        // Xvfb prints the number of its display when it is ready.
-        BufReader::new(output).read_line(&mut number).ok()?;
-        (!number.trim().is_empty()).then(|| Self { name: format!(":{}", number.trim()), _server: server })
-    }
-
-    fn xdotool(&self, arguments: &[&str]) -> Option<String> {
-        let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.name).output().ok()?;
-        output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    }
-
-    fn key(&self, arguments: &[&str]) {
-        assert!(self.xdotool(arguments).is_some(), "xdotool {arguments:?}");
-    }
-}
-
-/// Prints why a test cannot run; if everything is required, that is a failure.
-fn skip(why: &str) {
-    assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "cannot run: {why}");
-    eprintln!("skipped: {why}");
-}
-
-fn is_installed(program: &str) -> bool {
-    let paths = std::env::var_os("PATH").unwrap_or_default();
-    std::env::split_paths(&paths).any(|folder| folder.join(program).is_file())
-}
-
-fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
-    let start = Instant::now();
-    loop {
-        if let Some(answer) = ask() {
-            return answer;
-        }
-        assert!(start.elapsed() < PATIENCE, "{what} did not happen within {PATIENCE:?}");
-        std::thread::sleep(Duration::from_millis(50));
-    }
-}
-
-/// Writes a DEM of a cone with furrows.
-fn write_dem(path: &Path) {
-    let height_m = |(row, column): (usize, usize)| {
-        let (x, y) = (column as f32 - 70.0, row as f32 - 60.0);
-        900.0 - 12.0 * x.hypot(y) + 25.0 * (7.0 * y.atan2(x)).sin()
-    };
-    let heights_m = ndarray::Array2::from_shape_fn((120, 140), height_m);
-    let builder = GeoTiffBuilder::new(140, 120).model_type(ModelType::Projected).epsg(32610);
-    let builder = builder.pixel_scale(30.0, 30.0).origin(500_000.0, 5_000_000.0);
-    builder.write_2d(path, heights_m.view()).unwrap();
-}
-
-fn pictures(folder: &Path) -> Vec<PathBuf> {
-    let is_picture = |path: &PathBuf| {
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        name.starts_with("hachure-") && name.ends_with(".png")
-    };
-    folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).filter(is_picture).collect()
-}
-
-/// Presses F12 and reads the picture that this writes.
-fn take_picture(display: &Display, folder: &Path) -> Picture {
-    let before = pictures(folder);
-    display.key(&["key", "F12"]);
-    let path = until("F12", || pictures(folder).into_iter().find(|path| !before.contains(path)));
-    read_rgba8(&path).unwrap()
-}
-
-/// Returns a picture after all tiles have arrived, when two successive pictures are the same.
-fn settled(display: &Display, folder: &Path) -> Picture {
-    let mut last = take_picture(display, folder);
-    until("rest", || {
-        std::thread::sleep(Duration::from_millis(300));
-        let before = std::mem::replace(&mut last, take_picture(display, folder));
-        (before == last).then_some(())
-    });
-    last
-}
-
-fn hachure(folder: &Path) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
-    command.current_dir(folder).env("HACHURE_CACHE", folder.join("cache"));
-    command.env("HACHURE_CONFIG", folder.join("config")).env_remove("WAYLAND_DISPLAY");
-    command.env_remove("WAYLAND_SOCKET").env_remove("RUST_LOG");
-    // Settings of the user must not change what is tested, and the sentences of the first start cover the picture.
-    let settings = folder.join("config/settings.toml");
-    if !settings.exists() {
-        std::fs::create_dir_all(folder.join("config")).unwrap();
-        std::fs::write(&settings, "[window]\nwelcomed = true\n").unwrap();
-    }
-    command.env("HACHURE_CONFIG", folder.join("config"));
-    command
-}
 
 #[test]
 fn without_a_display_one_line_says_so() {
@@ -148,40 +27,6 @@ fn without_a_display_one_line_says_so() {
     }
 }
 
-/// Returns whether everything that the window needs is installed, and prints what is missing.
-fn can_run() -> bool {
-    if let Some(missing) = ["Xvfb", "xdotool"].into_iter().find(|program| !is_installed(program)) {
-        skip(&format!("{missing} is not installed"));
-        return false;
-    }
-    Gpu::open(&AdapterWish::Best).inspect_err(|error| skip(&error.to_string())).is_ok()
-}
-
-/// Opens a window with a small world in `folder`. Standard error goes to the file `stderr` there.
-fn open(display: &Display, folder: &Path, environment: &[(&str, &Path)]) -> (Running, String) {
-    open_with(display, folder, environment, &[])
-}
-
-/// Does the same with more arguments.
-fn open_with(display: &Display, folder: &Path, environment: &[(&str, &Path)], arguments: &[&str]) -> (Running, String) {
-    write_dem(&folder.join("cone.tif"));
-    let errors = folder.join("stderr");
-    let mut command = hachure(folder);
-    command
-        .args(["cone.tif", "--size", "320x200"])
-        .args(arguments)
-        .env("DISPLAY", &display.name)
-        .env("XDG_RUNTIME_DIR", folder);
-    command.envs(environment.iter().copied()).stderr(std::fs::File::create(&errors).unwrap());
-    let mut program = Running(command.spawn().unwrap());
-    let window = until("a window", || {
-        assert!(program.0.try_wait().unwrap().is_none(), "{}", std::fs::read_to_string(&errors).unwrap());
-        display.xdotool(&["search", "--onlyvisible", "--name", "hachure"]).filter(|id| !id.is_empty())
-    });
-    display.key(&["windowfocus", &window]);
-    (program, window)
-}
-
 #[test]
 fn a_shader_changes_while_it_flies() {
     if !can_run() {
@@ -192,7 +37,7 @@ fn a_shader_changes_while_it_flies() {
     let shaders = folder.join("shaders");
     std::fs::create_dir_all(shaders.join("composite")).unwrap();
     let composite = shaders.join("composite/composite.wgsl");
-    let text = include_str!("../shaders/composite/composite.wgsl");
+    let text = include_str!("../../shaders/composite/composite.wgsl");
     std::fs::write(&composite, text).unwrap();
     let display = Display::open().expect("Xvfb must start");
     let (mut program, _) = open(&display, folder, &[("HACHURE_SHADERS", &shaders)]);
@@ -238,7 +83,7 @@ fn a_style_changes_while_it_flies() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     let style = folder.join("own.toml");
-    let text = include_str!("../src/style/presets/ink.toml");
+    let text = include_str!("../../src/style/presets/ink.toml");
     std::fs::write(&style, text).unwrap();
     let display = Display::open().expect("Xvfb must start");
     let (mut program, _) = open_with(&display, folder, &[], &["--style", "own.toml"]);

@@ -1,0 +1,169 @@
+//! A person at work, with real events of mouse and keyboard, at five frames a second and at one: no click is lost or
+//! misread.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use hachure::file::png::read_rgba8;
+
+use crate::display::{Display, can_run, open_with, until};
+use crate::drop;
+
+/// A widget as the window reports it.
+#[derive(Clone, Debug, PartialEq)]
+struct Widget {
+    /// Left, top, right and bottom in pixels of the window.
+    rect: [f64; 4],
+    role: String,
+    name: String,
+    value: String,
+}
+
+/// The window, and what it reports of itself.
+struct Person<'a> {
+    display: &'a Display,
+    window: String,
+    widgets: PathBuf,
+    frame: Duration,
+}
+
+impl Person<'_> {
+    fn all(&self) -> Vec<Widget> {
+        let text = std::fs::read_to_string(&self.widgets).unwrap_or_default();
+        let parse = |line: &str| {
+            let parts: Vec<&str> = line.split('\t').collect();
+            let [left, top, right, bottom, role, name, value] = parts[..] else { return None };
+            let side = |text: &str| text.parse::<f64>().ok();
+            Some(Widget {
+                rect: [side(left)?, side(top)?, side(right)?, side(bottom)?],
+                role: role.to_owned(),
+                name: name.to_owned(),
+                value: value.to_owned(),
+            })
+        };
+        text.lines().skip(1).filter_map(parse).collect()
+    }
+
+    /// Returns a widget when it is there and does not move any more: panels have their sizes after a few frames.
+    fn find(&self, role: &str, name: &str) -> Widget {
+        until(&format!("{role} {name}"), || {
+            let before = self.see(role, name)?;
+            std::thread::sleep(2 * self.frame + Duration::from_millis(100));
+            self.see(role, name).filter(|widget| *widget == before)
+        })
+    }
+
+    fn see(&self, role: &str, name: &str) -> Option<Widget> {
+        self.all().into_iter().find(|widget| widget.role == role && widget.name == name)
+    }
+
+    /// Moves the mouse to a place of the window.
+    fn point(&self, [x, y]: [f64; 2]) {
+        let [x, y] = [x, y].map(|side| side.round().to_string());
+        self.display.key(&["mousemove", "--window", &self.window, &x, &y]);
+    }
+
+    fn middle(widget: &Widget) -> [f64; 2] {
+        let [left, top, right, bottom] = widget.rect;
+        [0.5 * (left + right), 0.5 * (top + bottom)]
+    }
+
+    /// Clicks on a widget.
+    fn click(&self, role: &str, name: &str) {
+        self.point(Self::middle(&self.find(role, name)));
+        self.display.key(&["click", "1"]);
+    }
+
+    fn keys(&self, keys: &[&str]) {
+        self.display.key(&[&["key"], keys].concat());
+    }
+}
+
+fn work_at(frame_ms: u64) {
+    if !can_run() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let display = Display::of_size("900x640x24").expect("Xvfb must start");
+    let (widgets, frame) = (folder.join("widgets"), frame_ms.to_string());
+    let environment = [("HACHURE_WIDGETS", &*widgets), ("HACHURE_FRAME_MS", Path::new(&frame))];
+    let arguments = ["--style", "plain", "--size", "900x640"];
+    let (mut program, window) = open_with(&display, folder, &environment, &arguments);
+    let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+    let person = Person { display: &display, window, widgets, frame: Duration::from_millis(frame_ms) };
+
+    // Another DEM is dropped on the window.
+    std::fs::copy(folder.join("cone.tif"), folder.join("hill.tif")).unwrap();
+    person.find("ComboBox", "Drawn style");
+    assert!(drop::file(&display.name, &person.window, &folder.join("hill.tif"), [500, 300]), "{}", printed());
+    until("the world", || display.xdotool(&["getwindowname", &person.window]).filter(|name| name.contains("hill")));
+
+    // A preset is chosen from the list.
+    person.click("ComboBox", "Drawn style");
+    person.click("Button", "ink");
+    until("the style", || person.see("ComboBox", "Drawn style").filter(|list| list.value == "ink"));
+
+    // A slider of the inspector is dragged, and that is one step.
+    person.keys(&["i"]);
+    let density = || person.find("Slider", "Density");
+    let before = density();
+    assert_eq!(before.value, "0");
+    let [x, y] = Person::middle(&before);
+    person.point([x, y]);
+    display.key(&["mousedown", "1"]);
+    for step in 1..=4 {
+        person.point([x + 8.0 * f64::from(step), y]);
+        std::thread::sleep(Duration::from_millis(60));
+    }
+    display.key(&["mouseup", "1"]);
+    let after = until("the drag", || Some(density().value).filter(|value| value != "0"));
+    person.keys(&["ctrl+z"]);
+    until("the undone drag", || (density().value == "0").then_some(()));
+    person.keys(&["ctrl+shift+z"]);
+    until("the drag again", || (density().value == after).then_some(()));
+
+    // The style is saved under a name.
+    person.keys(&["ctrl+shift+s"]);
+    person.click("TextInput", "Name of the new style file");
+    person.keys(&["ctrl+a"]);
+    display.key(&["type", "--delay", "20", "own.toml"]);
+    until("the name", || {
+        Some(person.find("TextInput", "Name of the new style file")).filter(|it| it.value == "own.toml")
+    });
+    person.keys(&["Return"]);
+    let style = folder.join("own.toml");
+    until("the style file", || std::fs::read_to_string(&style).ok().filter(|text| text.contains("ink")));
+
+    // A picture is exported: its size and its name are those of the dialog.
+    person.keys(&["ctrl+e"]);
+    let output = person.find("TextInput", "Path of the output").value;
+    let output = folder.join(output);
+    assert!(!output.exists(), "{output:?}");
+    person.click("Button", "Export");
+    let picture = until("the export", || read_rgba8(&output).ok());
+    assert!(picture.width == 900 && picture.height == 640, "{} {}", picture.width, picture.height);
+    // Planted: it is a picture of the new world in the new style, so its imprint names both.
+    let imprint = crate::hachure(folder).args(["info", "--json"]).arg(&output).env("XDG_RUNTIME_DIR", folder).output();
+    let imprint = String::from_utf8(imprint.unwrap().stdout).unwrap();
+    assert!(imprint.contains("hill.tif") && !imprint.contains("cone.tif"), "{imprint}");
+
+    // Nothing is left to save, so two presses of Esc leave. The first one closes the dialog.
+    person.keys(&["Escape"]);
+    until("the closed dialog", || person.see("TextInput", "Path of the output").is_none().then_some(()));
+    person.keys(&["Escape"]);
+    person.keys(&["Escape"]);
+    let status = until("the end", || program.0.try_wait().unwrap());
+    assert_eq!(status.code(), Some(0), "{}", printed());
+    assert!(!printed().contains("ERROR") && !printed().contains("panicked"), "{}", printed());
+}
+
+#[test]
+fn a_person_works_at_five_frames_a_second() {
+    work_at(200);
+}
+
+#[test]
+fn a_person_works_at_one_frame_a_second() {
+    work_at(1000);
+}
