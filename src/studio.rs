@@ -1,13 +1,15 @@
-//! The studio, as far as it needs no window: a style that is being edited, with its history and its file.
+//! The studio, as far as it needs no window: a style and a camera path that are being edited, with history and files.
 //!
 //! [`document`] holds the text of a style with everything that follows from it, and is the only way to change it.
-//! [`controls`] moves several parameters at once, [`export`] makes command lines of exports, [`favourites`]
-//! is part of the settings file, [`folder`] finds style files, [`history`] keeps the steps that can be undone,
-//! [`arrivals`] says what a dropped file is, [`recent`] lists the files that were opened last, [`rows`] lists what an
-//! inspector shows, [`swatch`] draws small pictures of recipes, [`unsaved`] keeps edits over a crash, and [`watch`]
-//! reports when files change outside of the program.
+//! [`camera_path`] does the same for a camera path. [`controls`] moves several parameters at once, [`export`] makes
+//! command lines of exports, [`favourites`] is part of the settings file, [`folder`] finds style files, [`history`] keeps
+//! the steps that can be undone, [`arrivals`] says what a dropped file is, [`recent`] lists the files that were opened
+//! last, [`rows`] lists what an inspector shows, [`swatch`] draws small pictures of recipes, [`unsaved`] keeps edits over
+//! a crash, [`views`] are the views of a world that the user has named, and [`watch`] reports when files change outside of
+//! the program.
 
 pub(crate) mod arrivals;
+pub(crate) mod camera_path;
 mod controls;
 pub(crate) mod document;
 pub(crate) mod export;
@@ -20,6 +22,7 @@ mod saving;
 pub(crate) mod settings_file;
 pub(crate) mod swatch;
 pub(crate) mod unsaved;
+pub(crate) mod views;
 #[cfg(feature = "window")]
 pub(crate) mod watch;
 

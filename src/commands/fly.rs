@@ -7,6 +7,8 @@ mod in_window;
 #[cfg(any(feature = "window", all(feature = "headset", any(target_os = "linux", target_os = "windows"))))]
 mod opened;
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use super::arguments;
@@ -33,6 +35,10 @@ pub(crate) struct FlyArgs {
     /// field of view in degrees [default: the scene's, or a view of the most prominent summit]
     #[arg(long, allow_hyphen_values = true)]
     pub camera: Option<Camera>,
+    /// Fly along a camera path at the start: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour,
+    /// valley, teleport, ascent)
+    #[arg(long, conflicts_with = "vr")]
+    pub path: Option<PathBuf>,
     /// The place that the camera looks at in the beginning.
     #[command(flatten)]
     pub look: LookArgs,

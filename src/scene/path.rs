@@ -1,4 +1,5 @@
-//! Camera paths: CSV with the header `t,x,y,z,yaw,pitch,fov`, and a C1 spline through its rows.
+//! Camera paths: CSV with the header `t,x,y,z,yaw,pitch,fov`, and a C1 spline through its rows. A last column `ease` may
+//! follow.
 //!
 //! The spline is a cubic Hermite spline over the rows' own times. A row's tangent is the derivative of the parabola
 //! through the row and its two neighbours, which on evenly spaced rows equals Catmull-Rom; the first and last row take
@@ -6,6 +7,9 @@
 //!
 //! Two rows with the same time are a jump: one curve ends at the first row and another begins at the second, and at
 //! that time the second row applies. No tangent takes a slope across a jump.
+//!
+//! `ease` is the part of its speed that the camera loses at a row: the tangent is multiplied by 1 − ease. With 0 the
+//! camera passes through, with 1 it comes to rest. The curve stays C1 (`docs/decisions/camera-paths.md`).
 
 use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -18,10 +22,13 @@ use crate::file::input::{LARGEST_PATH_BYTES, read_text};
 use crate::file::message::{did_you_mean, named, printable, shown};
 
 /// The columns in the required order.
-const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
+pub(crate) const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
+
+/// The column that may follow.
+pub(crate) const EASE: &str = "ease";
 
 /// Smallest allowed time between rows, in seconds; shorter steps are probably mistakes, and slopes must stay finite.
-const SHORTEST_STEP_S: f64 = 1e-6;
+pub(crate) const SHORTEST_STEP_S: f64 = 1e-6;
 
 /// Largest allowed absolute time, in seconds: a year.
 pub(crate) const LATEST_S: f64 = 366.0 * 86_400.0;
@@ -78,14 +85,19 @@ struct Row {
     line: u64,
     time_s: f64,
     camera: Camera,
+    ease: f64,
 }
 
-/// A camera of a path's file.
+/// A row of a path's file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Key {
     /// Line number, counted from 1 with the header.
     pub line: u64,
+    /// Time on the file's own clock.
+    pub time_s: f64,
     pub camera: Camera,
+    /// The part of its speed that the camera loses here, 0 to 1.
+    pub ease: f64,
 }
 
 impl CameraPath {
@@ -93,8 +105,8 @@ impl CameraPath {
     /// case the sampled cameras are above the ground as well, so the flight follows the terrain.
     ///
     /// # Errors
-    /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov`; no row; a row that is not a valid
-    /// camera; times that do not increase, except for jumps; a mixture of both kinds of z.
+    /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov` with or without `ease`; no row; a row that
+    /// is not a valid camera; times that do not increase, except for jumps; a mixture of both kinds of z.
     pub fn read(path: &Path) -> Result<Self, PathError> {
         Self::parse(path, Self::read_text(path)?.as_bytes())
     }
@@ -143,12 +155,13 @@ impl CameraPath {
     pub(crate) const ORIGIN: Camera =
         Camera { position_m: DVec3::ZERO, height_above_ground: false, yaw_deg: 0.0, pitch_deg: 0.0, fov_deg: 50.0 };
 
-    /// Returns the cameras of all rows as they are written.
+    /// Returns all rows as they are written.
     ///
     /// # Errors
     /// The same as [`CameraPath::read_on_ground`].
     pub(crate) fn keys(name: &Path, text: impl Read) -> Result<Vec<Key>, PathError> {
-        Ok(rows(name, text)?.into_iter().map(|Row { line, camera, .. }| Key { line, camera }).collect())
+        let key = |Row { line, time_s, camera, ease }| Key { line, time_s, camera, ease };
+        Ok(rows(name, text)?.into_iter().map(key).collect())
     }
 
     /// Returns the text of a file, or of a built-in path, for callers that parse it twice: a pipe can be read only
@@ -177,7 +190,7 @@ impl CameraPath {
 
     /// Returns the path of a camera that does not move.
     pub fn still(camera: Camera) -> Self {
-        Self::through(&[Row { line: 1, time_s: 0.0, camera }])
+        Self::through(&[Row { line: 1, time_s: 0.0, camera, ease: 0.0 }])
     }
 
     fn through(rows: &[Row]) -> Self {
@@ -192,7 +205,10 @@ impl CameraPath {
             }
             values.push([x, y, z, yaw_deg, camera.pitch_deg, camera.fov_deg]);
         }
-        let tangents = tangents(&times_s, &values);
+        let mut tangents = tangents(&times_s, &values);
+        for (tangent, row) in tangents.iter_mut().zip(rows) {
+            tangent.iter_mut().for_each(|slope| *slope *= 1.0 - row.ease);
+        }
         Self { times_s, values, tangents, height_above_ground: rows[0].camera.height_above_ground }
     }
 
@@ -283,19 +299,37 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     if names.iter().all(|name| name.is_empty()) {
         return Err(wrong(1, format!("the header is missing; the first line must be `{}`", HEADER.join(","))));
     }
-    if names != HEADER {
+    let has_ease = names.split_last() == Some((&EASE, &HEADER[..]));
+    if names != HEADER && !has_ease {
         return Err(wrong(
             1,
-            format!("the header is `{}`; it must be `{}`", shown(&names.join(",")), HEADER.join(",")),
+            format!(
+                "the header is `{}`; it must be `{}`, and `,{EASE}` may follow",
+                shown(&names.join(",")),
+                HEADER.join(",")
+            ),
         ));
     }
+    let wanted = names.len();
     let mut rows: Vec<Row> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(csv_error)?;
         let line = record.position().map_or(0, csv::Position::line);
-        let fields: Vec<&str> = record.iter().collect();
+        let mut fields: Vec<&str> = record.iter().collect();
+        if fields.len() != wanted {
+            return Err(wrong(line, format!("found {} fields; there must be {wanted}", fields.len())));
+        }
+        let ease = if has_ease { fields.pop().unwrap_or_default() } else { "" };
         let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
-            .map_err(|fields| wrong(line, format!("found {} fields; there must be {}", fields.len(), HEADER.len())))?;
+            .map_err(|fields| wrong(line, format!("found {} fields; there must be {wanted}", fields.len())))?;
+        let ease = match ease {
+            "" => 0.0,
+            text => text
+                .parse()
+                .ok()
+                .filter(|ease| (0.0..=1.0).contains(ease))
+                .ok_or_else(|| wrong(line, format!("{EASE} is `{}`; it must be between 0 and 1", shown(text))))?,
+        };
         let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{}`: not a number", shown(time))))?;
         if time_s.is_nan() || time_s.abs() > LATEST_S {
             return Err(wrong(line, format!("t is `{}`; it must be in seconds, at most a year from 0", shown(time))));
@@ -312,7 +346,7 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             return Err(wrong(line, cause));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;
-        rows.push(Row { line, time_s, camera });
+        rows.push(Row { line, time_s, camera, ease });
     }
     if rows.is_empty() {
         return Err(wrong(2, "a camera path needs at least one row".to_owned()));

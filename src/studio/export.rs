@@ -116,6 +116,9 @@ pub(crate) struct Export {
     pub fps: f64,
 }
 
+/// The names of numbered frames.
+const FRAMES: &str = "%05d.png";
+
 /// The layouts of a stereo pair, as `--eyes` takes them.
 pub(crate) const STEREO: [&str; 3] = ["side-by-side", "anaglyph", "grey-anaglyph"];
 
@@ -170,9 +173,27 @@ impl Export {
         }
     }
 
-    /// Changes the ending of the output.
+    /// Changes the ending of the output. Numbered frames become one file, named after their folder.
     pub(crate) fn set_ending(&mut self, ending: &str) {
-        self.output = Path::new(&self.output).with_extension(ending).to_string_lossy().into_owned();
+        let output = Path::new(&self.output);
+        let folder = output.parent().filter(|folder| self.is_frames() && folder.file_name().is_some());
+        self.output = match folder {
+            Some(folder) => format!("{}.{ending}", folder.display()),
+            None => output.with_extension(ending).to_string_lossy().into_owned(),
+        };
+    }
+
+    /// Returns whether the output is a pattern of numbered frames.
+    pub(crate) fn is_frames(&self) -> bool {
+        self.kind == Kind::Film && self.output.contains('%')
+    }
+
+    /// Writes numbered frames into a folder that is named after the output.
+    pub(crate) fn set_frames(&mut self) {
+        if !self.is_frames() {
+            let folder = Path::new(&self.output).with_extension("");
+            self.output = folder.join(FRAMES).to_string_lossy().into_owned();
+        }
     }
 
     /// Returns the output with the user's folder in place of `~`.
@@ -189,8 +210,7 @@ impl Export {
             return Some("The output has no name".to_owned());
         }
         let endings = self.kind.endings();
-        let is_frames = self.kind == Kind::Film && self.output.contains('%');
-        if !is_frames && !endings.contains(&&*self.ending()) {
+        if !self.is_frames() && !endings.contains(&&*self.ending()) {
             return Some(format!("{shown}: it must end in .{}", endings.join(", .")));
         }
         if self.kind == Kind::Film && self.path.trim().is_empty() {
@@ -260,6 +280,12 @@ mod tests {
         assert_eq!(export.refusal().as_deref(), Some("A film needs a camera path"));
         export.path = "tour".to_owned();
         assert_eq!(export.refusal(), None);
+        export.output = "/nowhere/alps.v2.mp4".to_owned();
+        export.set_frames();
+        assert_eq!((&*export.output, export.refusal()), ("/nowhere/alps.v2/%05d.png", None), "frames");
+        export.set_frames();
+        export.set_ending("gif");
+        assert_eq!(export.output, "/nowhere/alps.v2.gif", "and back to one file");
         export.output = "/nowhere/%05d.png".to_owned();
         assert_eq!(export.refusal(), None, "frames");
         (export.kind, export.output, export.paper) = (Kind::Sheets, "/nowhere/a.png".to_owned(), "a99".to_owned());

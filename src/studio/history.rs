@@ -1,10 +1,12 @@
 //! The steps of a document that can be undone and redone.
 //!
-//! A step holds the whole text of the style before it: styles have a few thousand bytes, so that 200 steps need less
-//! than a megabyte, and undoing is exact, comments included.
+//! A step holds the whole text before it: styles have a few thousand bytes, so that 200 steps need less than a megabyte,
+//! and undoing is exact, comments included. Of long camera paths fewer steps are kept.
 
 /// Largest number of steps that can be undone; the oldest is dropped.
 const MAX_STEPS: usize = 200;
+/// Largest number of bytes of the texts of all steps that can be undone; the last step is kept anyway.
+const MAX_BYTES: usize = 64 << 20;
 
 /// A step that can be undone or redone.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,8 +40,9 @@ impl History {
             return;
         }
         self.undo.push(Step { name, key: key.map(str::to_owned), text: before.to_owned() });
-        if self.undo.len() > MAX_STEPS {
-            self.undo.remove(0);
+        let mut bytes: usize = self.undo.iter().map(|step| step.text.len()).sum();
+        while self.undo.len() > MAX_STEPS || bytes > MAX_BYTES && self.undo.len() > 1 {
+            bytes -= self.undo.remove(0).text.len();
         }
         self.is_open = key.is_some();
     }
@@ -61,6 +64,12 @@ impl History {
     pub(super) fn redo(&mut self, now: &str) -> Option<(String, String)> {
         self.close(now);
         take(&mut self.redo, &mut self.undo, now)
+    }
+
+    /// Returns the number of steps that can be undone.
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.undo.len()
     }
 
     /// Returns the names of the steps that [`History::undo`] and [`History::redo`] would take.
@@ -114,5 +123,10 @@ mod tests {
         (0..300).for_each(|step| history.record(step.to_string(), None, &step.to_string()));
         let count = std::iter::from_fn(|| history.undo("x")).count();
         assert_eq!(count, MAX_STEPS);
+        // Long texts are bounded by their bytes.
+        let long = "x".repeat(MAX_BYTES / 4);
+        (0..9).for_each(|step| history.record(step.to_string(), None, &long));
+        let names: Vec<String> = std::iter::from_fn(|| history.undo("x")).map(|(name, _)| name).collect();
+        assert_eq!(names, ["8", "7", "6", "5"]);
     }
 }

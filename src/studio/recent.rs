@@ -76,7 +76,7 @@ pub(crate) fn is_no_path(name: &str) -> bool {
 }
 
 /// Returns a name that does not depend on the current folder.
-fn lasting(name: &str) -> String {
+pub(super) fn lasting(name: &str) -> String {
     match is_no_path(name) {
         true => name.to_owned(),
         false => std::path::absolute(name).map_or_else(|_| name.to_owned(), |path| path.display().to_string()),

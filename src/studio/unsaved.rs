@@ -1,9 +1,9 @@
 //! Keeps edits that are not saved in the cache folder, so that they survive a crash. A thread writes them, so that no
 //! frame waits for a disk.
 //!
-//! A file holds the text of one style. Its name is a checksum of the style's path or preset, and its first line names
-//! it, so that the edits of one style are never offered for another. Edits are kept until the style is saved or returns
-//! to what is saved; leaving the program without saving keeps them, too.
+//! A file holds the text of one style or camera path. Its name is a checksum of the path or preset, and its first line
+//! names it, so that the edits of one style are never offered for another. Edits are kept until they are saved or undone;
+//! leaving the program without saving keeps them, too.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -47,20 +47,28 @@ impl Unsaved {
 
     /// Keeps the text of a document if it has edits, and removes what was kept of it otherwise.
     pub(crate) fn keep(&self, document: &StyleDocument) {
-        let name = full_name(document);
-        let (Some(path), Some(jobs)) = (self.path(&name), &self.jobs) else { return };
-        let text = document.is_edited().then(|| format!("{}{}", first_line(&name), document.text()));
+        self.keep_text(&full_name(document), document.is_edited().then(|| document.text()));
+    }
+
+    /// Keeps the text of what has a name that does not depend on the current folder, or removes what was kept.
+    pub(super) fn keep_text(&self, name: &str, text: Option<&str>) {
+        let (Some(path), Some(jobs)) = (self.path(name), &self.jobs) else { return };
+        let text = text.map(|text| format!("{}{text}", first_line(name)));
         // The thread ends only with this value.
         let _ = jobs.send(Job { path, text });
     }
 
     /// Returns edits of a style that an earlier run has kept, if they differ from the document.
     pub(crate) fn find(&self, document: &StyleDocument) -> Option<String> {
-        let name = full_name(document);
-        let bytes = cache_folder::read(&self.path(&name)?, LARGEST_STYLE_BYTES)?;
+        let text = self.find_text(&full_name(document), LARGEST_STYLE_BYTES)?;
+        (text != document.text()).then_some(text)
+    }
+
+    /// Returns the text that an earlier run has kept under a name.
+    pub(super) fn find_text(&self, name: &str, max_bytes: u64) -> Option<String> {
+        let bytes = cache_folder::read(&self.path(name)?, max_bytes)?;
         let text = String::from_utf8(bytes).ok()?;
-        let text = text.strip_prefix(&first_line(&name))?;
-        (text != document.text()).then(|| text.to_owned())
+        text.strip_prefix(&first_line(name)).map(str::to_owned)
     }
 
     fn path(&self, name: &str) -> Option<PathBuf> {
@@ -81,9 +89,13 @@ impl Drop for Unsaved {
 
 /// Returns the name of a style that does not depend on the current folder.
 fn full_name(document: &StyleDocument) -> String {
-    let absolute = |path: &Path| path.canonicalize().or_else(|_| std::path::absolute(path));
-    let path = document.path().map(|path| absolute(path).unwrap_or_else(|_| path.to_owned()));
-    path.map_or_else(|| document.name().to_owned(), |path| path.display().to_string())
+    document.path().map_or_else(|| document.name().to_owned(), lasting)
+}
+
+/// Returns the name of a file that does not depend on the current folder.
+pub(super) fn lasting(path: &Path) -> String {
+    let absolute = path.canonicalize().or_else(|_| std::path::absolute(path));
+    absolute.unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
 fn first_line(name: &str) -> String {

@@ -148,6 +148,10 @@ fn path_errors_name_file_line_and_cause() {
         (format!("{header}{row}1,0,0,0,0,0,abc\n"), "flight.csv:3: the camera's fov is `abc`: not a number"),
         (format!("{header}{row}1,0,0,+5,0,0,60\n"), "flight.csv:3: z is above the ground"),
         (format!("{header}NaN,0,0,0,0,0,60\n"), "flight.csv:2: t is `NaN`"),
+        ("t,x,y,z,yaw,pitch,fov,ease\n0,0,0,0,0,0,60\n".to_owned(), "flight.csv:2: found 7 fields; there must be 8"),
+        (format!("{header}0,0,0,0,0,0,60,1\n"), "flight.csv:2: found 8 fields; there must be 7"),
+        ("t,x,y,z,yaw,pitch,fov,ease\n0,0,0,0,0,0,60,1.5\n".to_owned(), "flight.csv:2: ease is `1.5`; it must be"),
+        ("t,x,y,z,yaw,pitch,fov,ease\n0,0,0,0,0,0,60,NaN\n".to_owned(), "flight.csv:2: ease is `NaN`; it must be"),
     ] {
         let error = path(&text).unwrap_err();
         assert!(error.starts_with(expected), "{error}");
@@ -165,6 +169,31 @@ fn path_of_both_kinds_stands_on_the_ground() {
     let path = CameraPath::read_on_ground(&file, |_, _| 100.0).unwrap();
     assert_eq!(path.sample(0.0).position_m.z, 105.0);
     assert_eq!(path.sample(1.0).position_m.z, 200.0);
+}
+
+#[test]
+fn a_camera_slows_down_where_its_row_says() {
+    let eased = |ease: [&str; 4]| {
+        let rows: String =
+            ease.iter().enumerate().map(|(t, ease)| format!("{t},{},{},9,0,0,60,{ease}\n", t * t, 5 * t)).collect();
+        path(&format!("t,x,y,z,yaw,pitch,fov,ease\n{rows}")).unwrap()
+    };
+    let plain: String = (0..4).map(|t| format!("{t},{},{},9,0,0,60\n", t * t, 5 * t)).collect();
+    let plain = path(&format!("t,x,y,z,yaw,pitch,fov\n{plain}")).unwrap();
+    assert_eq!(eased(["", "0", " ", "0.0"]), plain, "no ease is the curve of files without the column");
+    let speed = |path: &CameraPath, at_s: f64| {
+        (path.sample(at_s + 1e-5).position_m - path.sample(at_s - 1e-5).position_m).length() / 2e-5
+    };
+    let rests = eased(["1", "0.5", "1", "0"]);
+    for (at_s, part) in [(1.0, 0.5), (2.0, 0.0), (3.0 - 2e-5, 1.0)] {
+        let (speed, before) = (speed(&rests, at_s), speed(&plain, at_s));
+        assert!((speed - part * before).abs() < 2e-2, "{at_s} s: {speed} of {before}");
+    }
+    assert!(speed(&rests, 2e-5) < 1e-2, "it starts from rest");
+    for row in 0..4 {
+        assert_eq!(rests.sample(f64::from(row)).position_m, plain.sample(f64::from(row)).position_m);
+        assert!(kink(|t| rests.sample(t).position_m, 2.0, 1e-5) < 1e-2);
+    }
 }
 
 /// Returns how far the velocities from the left and from the right differ at a row.

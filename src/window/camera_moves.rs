@@ -88,7 +88,7 @@ impl FlyCamera {
     }
 
     /// Ends all motion.
-    fn stop(&mut self) {
+    pub(super) fn stop(&mut self) {
         self.stop_moves();
         (self.velocity_m_s, self.look_left_deg) = (DVec3::ZERO, DVec2::ZERO);
     }

@@ -1,7 +1,8 @@
 //! The docked panels: which are shown, where, and how wide. Panels lie over the picture, which fills the whole window.
 //!
-//! `egui_tiles` lays them out, and moves them when a title is dragged. It divides a window by parts of its width; a panel
-//! keeps its width in points instead, because its rows do not become narrower in a small window.
+//! `egui_tiles` lays them out, and moves them when a title is dragged. It divides a window by parts of its size; a panel
+//! at a side of the picture keeps its width in points instead, and one above or below it its height, because its rows do
+//! not become smaller in a small window.
 //!
 //! Why: `docs/decisions/docked-panels.md`.
 
@@ -13,7 +14,7 @@ use egui_tiles::{Behavior, Container, LinearDir, SimplificationOptions, Tabs, Ti
 use rustc_hash::{FxHashMap, FxHashSet};
 use serde::{Deserialize, Serialize};
 
-/// Width of the picture that panels leave free in points, in a window that is wide enough.
+/// Width and height of the picture that panels leave free in points, in a window that is large enough.
 const LEAST_VIEW: f32 = 120.0;
 /// Least width and height of a panel in points.
 const LEAST: f32 = 140.0;
@@ -43,6 +44,13 @@ pub(super) enum Pane {
     Inside,
     /// The cost of the frame.
     Cost,
+    /// The camera path.
+    Path,
+}
+
+impl Pane {
+    /// All panes, in their order.
+    const ALL: [Self; 6] = [Self::View, Self::Flight, Self::Style, Self::Inside, Self::Cost, Self::Path];
 }
 
 impl Pane {
@@ -54,6 +62,7 @@ impl Pane {
             Self::Style => "I",
             Self::Inside => "K",
             Self::Cost => "C",
+            Self::Path => "V",
         }
     }
 
@@ -64,6 +73,7 @@ impl Pane {
             Self::Style => "Style",
             Self::Inside => "Look inside",
             Self::Cost => "Cost",
+            Self::Path => "Camera path",
         }
     }
 
@@ -74,17 +84,24 @@ impl Pane {
             Self::Flight | Self::Inside => 264.0,
             Self::Style => 348.0,
             Self::Cost => 300.0,
+            Self::Path => 430.0,
         }
+    }
+
+    /// Returns the height of a panel above or below the picture, in points.
+    fn height(self) -> f32 {
+        if self == Self::Path { 200.0 } else { 260.0 }
     }
 }
 
 /// The panels and their places.
 pub(super) struct Dock {
     tree: Tree<Pane>,
-    /// Widths of the tiles at the sides of the picture in points, as the user has made them.
+    /// Sizes of the tiles around the picture in points, as the user has made them: widths at its sides, heights above and
+    /// below.
     widths: FxHashMap<TileId, f32>,
     /// The panels of the last frame, with their titles and the borders that resize them.
-    rects: Vec<Rect>,
+    rects: Vec<(Pane, Rect)>,
 }
 
 /// The layout of the panels as the settings file has it.
@@ -100,20 +117,21 @@ struct Content<'a> {
     /// Tabs that show only the picture.
     bare: Vec<TileId>,
     closed: Vec<TileId>,
-    rects: Vec<Rect>,
+    rects: Vec<(Pane, Rect)>,
 }
 
 impl Default for Dock {
     /// Returns the panels as they are at the first start: only that of the flight is shown.
     fn default() -> Self {
         let mut tiles = Tiles::default();
-        let [flight, view, style, inside, cost] =
-            [Pane::Flight, Pane::View, Pane::Style, Pane::Inside, Pane::Cost].map(|pane| tiles.insert_pane(pane));
+        let [view, flight, style, inside, cost, path] = Pane::ALL.map(|pane| tiles.insert_pane(pane));
         let left = tiles.insert_tab_tile(vec![flight, inside]);
-        let middle = tiles.insert_tab_tile(vec![view]);
+        let picture = tiles.insert_tab_tile(vec![view]);
+        let below = tiles.insert_tab_tile(vec![path]);
+        let middle = tiles.insert_vertical_tile(vec![picture, below]);
         let right = tiles.insert_tab_tile(vec![style, cost]);
         let root = tiles.insert_horizontal_tile(vec![left, middle, right]);
-        for hidden in [style, inside, cost] {
+        for hidden in [style, inside, cost, path] {
             tiles.set_visible(hidden, false);
         }
         Self { tree: Tree::new(Id::unique("dock"), root, tiles), widths: FxHashMap::default(), rects: Vec::new() }
@@ -125,7 +143,8 @@ impl Dock {
     pub(super) fn of_text(text: &str) -> Option<Self> {
         let Saved { tree, widths } = serde_json::from_str(text).ok()?;
         let widths = widths.into_iter().filter(|(_, width)| width.is_finite() && *width > 0.0).collect();
-        let dock = Self { tree, widths, rects: Vec::new() };
+        let mut dock = Self { tree, widths, rects: Vec::new() };
+        dock.add_path();
         dock.is_complete().then_some(dock)
     }
 
@@ -134,6 +153,26 @@ impl Dock {
         let known: FxHashSet<TileId> = self.tree.tiles.tile_ids().collect();
         let widths = self.widths.iter().filter(|(id, _)| known.contains(id)).map(|(id, width)| (*id, *width));
         serde_json::to_string(&Saved { tree: self.tree.clone(), widths: widths.collect() }).ok()
+    }
+
+    /// Adds the panel of the camera path below the picture, if a layout of an earlier version does not have it.
+    fn add_path(&mut self) {
+        if self.tile(Pane::Path).is_some() {
+            return;
+        }
+        let Some(view) = self.tile(Pane::View) else { return };
+        let tiles = &mut self.tree.tiles;
+        let is_tabs = |tile: &TileId| matches!(tiles.get_container(*tile), Some(Container::Tabs(_)));
+        let picture = tiles.parent_of(view).filter(is_tabs).unwrap_or(view);
+        let parent = tiles.parent_of(picture);
+        let path = tiles.insert_pane(Pane::Path);
+        tiles.set_visible(path, false);
+        let below = tiles.insert_tab_tile(vec![path]);
+        let middle = tiles.insert_vertical_tile(vec![picture, below]);
+        match parent.and_then(|parent| tiles.get_mut(parent)) {
+            Some(Tile::Container(container)) => _ = container.replace_child(picture, middle),
+            _ => self.tree.root = Some(middle),
+        }
     }
 
     /// Returns whether the tiles form a tree in which each panel and the view occur once.
@@ -150,8 +189,7 @@ impl Dock {
             }
         }
         panes.sort();
-        panes == [Pane::View, Pane::Flight, Pane::Style, Pane::Inside, Pane::Cost]
-            && self.tile(Pane::View).is_some_and(|view| self.tree.is_visible(view))
+        panes == Pane::ALL && self.tile(Pane::View).is_some_and(|view| self.tree.is_visible(view))
     }
 
     fn tile(&self, pane: Pane) -> Option<TileId> {
@@ -178,25 +216,32 @@ impl Dock {
     }
 
     /// Returns the areas of the panels, and of the borders that resize them, in points.
-    pub(super) fn rects(&self) -> &[Rect] {
-        &self.rects
+    pub(super) fn rects(&self) -> Vec<Rect> {
+        self.rects.iter().map(|(_, rect)| *rect).collect()
+    }
+
+    /// Returns whether a position in points is over a panel.
+    pub(super) fn is_over_pane(&self, pane: Pane, at: egui::Pos2) -> bool {
+        self.rects.iter().any(|(known, rect)| *known == pane && rect.contains(at))
     }
 
     /// Returns whether a position in points is over a panel, or over a border that resizes one.
     #[cfg(test)]
     fn is_over(&self, at: egui::Pos2) -> bool {
-        self.rects.iter().any(|rect| rect.contains(at))
+        self.rects.iter().any(|(_, rect)| rect.contains(at))
     }
 
-    /// Returns the part of the window that no panel at its left or right side covers.
+    /// Returns the part of the window that no panel at its left or right side, or at its bottom, covers.
     pub(super) fn free(&self, window: Rect) -> Rect {
         let mut free = window;
-        for rect in &self.rects {
-            let is_side = rect.height() > 0.6 * window.height();
+        for (_, rect) in &self.rects {
+            let is_side = rect.height() > 0.6 * window.height() && rect.width() < 0.7 * window.width();
             if is_side && rect.left() <= window.left() + BORDER {
                 free.min.x = free.min.x.max(rect.right());
             } else if is_side && rect.right() >= window.right() - BORDER {
                 free.max.x = free.max.x.min(rect.left());
+            } else if !is_side && rect.bottom() >= window.bottom() - BORDER && rect.top() > window.top() + LEAST_VIEW {
+                free.max.y = free.max.y.min(rect.top());
             }
         }
         if free.width() < LEAST_VIEW { window } else { free }
@@ -206,7 +251,7 @@ impl Dock {
     pub(super) fn show(&mut self, ui: &mut Ui, content: &mut dyn FnMut(&mut Ui, Pane)) {
         // A tile that moved may have gained or lost its titles.
         self.tree.simplify(&options());
-        let before = self.fit(ui.available_width());
+        let before = self.fit(ui.available_size());
         let tabs = self.tree.tiles.iter().filter_map(|(id, tile)| match tile {
             Tile::Container(Container::Tabs(tabs)) if is_view_alone(&self.tree.tiles, tabs) => Some(*id),
             _ => None,
@@ -222,13 +267,12 @@ impl Dock {
         }
     }
 
-    /// Returns the container that divides the window from left to right.
-    fn sides(&self) -> Option<(TileId, Vec<TileId>)> {
-        let root = self.tree.root()?;
-        match self.tree.tiles.get_container(root)? {
-            Container::Linear(linear) if linear.dir == LinearDir::Horizontal => {
+    /// Returns the direction in which a container divides its area, and the tiles that are shown in it.
+    fn linear(&self, tile: TileId) -> Option<(LinearDir, Vec<TileId>)> {
+        match self.tree.tiles.get_container(tile)? {
+            Container::Linear(linear) => {
                 let shown = linear.children.iter().copied().filter(|child| self.tree.is_visible_in_layout(*child));
-                Some((root, shown.collect()))
+                Some((linear.dir, shown.collect()))
             }
             _ => None,
         }
@@ -243,40 +287,53 @@ impl Dock {
         }
     }
 
-    /// Gives the tiles at the sides their widths, and the picture the rest. If a window is too narrow for them, they are
-    /// narrower for as long as it is. Returns the widths.
-    fn fit(&mut self, available: f32) -> FxHashMap<TileId, f32> {
-        let Some((root, shown)) = self.sides() else { return FxHashMap::default() };
-        let room = available - shown.len().saturating_sub(1) as f32;
-        let mut widths = FxHashMap::default();
-        let mut view = None;
-        for tile in shown {
-            let panes = self.panes(tile);
-            if panes.contains(&Pane::View) {
-                view = Some(tile);
-                continue;
+    /// Gives the tiles around the picture their widths or heights, and the picture the rest. If a window is too small for
+    /// them, they are smaller for as long as it is. Returns the widths and heights.
+    fn fit(&mut self, available: egui::Vec2) -> FxHashMap<TileId, f32> {
+        let mut all = FxHashMap::default();
+        let mut available = available;
+        let mut next = self.tree.root();
+        while let Some(container) = next.take()
+            && let Some((dir, shown)) = self.linear(container)
+        {
+            let is_wide = dir == LinearDir::Horizontal;
+            let along = if is_wide { &mut available.x } else { &mut available.y };
+            let room = *along - shown.len().saturating_sub(1) as f32;
+            let mut sizes = FxHashMap::default();
+            for tile in shown {
+                let panes = self.panes(tile);
+                if panes.contains(&Pane::View) {
+                    next = Some(tile);
+                    continue;
+                }
+                let size = |pane: &Pane| if is_wide { pane.width() } else { pane.height() };
+                let wanted = panes.iter().map(size).fold(LEAST, f32::max);
+                sizes.insert(tile, self.widths.get(&tile).copied().unwrap_or(wanted));
             }
-            let wanted = panes.iter().map(|pane| pane.width()).fold(LEAST, f32::max);
-            widths.insert(tile, self.widths.get(&tile).copied().unwrap_or(wanted));
+            let sum: f32 = sizes.values().sum();
+            let part = ((room - LEAST_VIEW) / sum.max(1.0)).clamp(0.1, 1.0);
+            sizes.values_mut().for_each(|size| *size *= part);
+            let rest = (room - part * sum).max(1.0);
+            *along = rest;
+            sizes.extend(next.map(|view| (view, rest)));
+            if let Some(Tile::Container(Container::Linear(linear))) = self.tree.tiles.get_mut(container) {
+                sizes.iter().for_each(|(tile, size)| linear.shares.set_share(*tile, *size));
+            }
+            all.extend(sizes);
         }
-        let sum: f32 = widths.values().sum();
-        let part = ((room - LEAST_VIEW) / sum.max(1.0)).clamp(0.1, 1.0);
-        widths.values_mut().for_each(|width| *width *= part);
-        let rest = (room - part * sum).max(1.0);
-        widths.extend(view.map(|view| (view, rest)));
-        if let Some(Tile::Container(Container::Linear(linear))) = self.tree.tiles.get_mut(root) {
-            widths.iter().for_each(|(tile, width)| linear.shares.set_share(*tile, *width));
-        }
-        widths
+        all
     }
 
-    /// Takes the widths that the user has changed since [`Dock::fit`].
+    /// Takes the widths and heights that the user has changed since [`Dock::fit`].
     fn take_widths(&mut self, before: &FxHashMap<TileId, f32>) {
-        let Some((root, _)) = self.sides() else { return };
-        let Some(Container::Linear(linear)) = self.tree.tiles.get_container(root) else { return };
-        let shares: Vec<(TileId, f32)> = linear.shares.iter().map(|(tile, share)| (*tile, *share)).collect();
+        let linears = self.tree.tiles.tiles().filter_map(|tile| match tile {
+            Tile::Container(Container::Linear(linear)) => Some(linear),
+            _ => None,
+        });
+        let shares: Vec<(TileId, f32)> =
+            linears.flat_map(|linear| linear.shares.iter().map(|(tile, share)| (*tile, *share))).collect();
         for (tile, share) in shares {
-            let is_changed = before.get(&tile).is_some_and(|width| (width - share).abs() > 0.5);
+            let is_changed = before.get(&tile).is_some_and(|size| (size - share).abs() > 0.5);
             if is_changed && !self.panes(tile).contains(&Pane::View) {
                 self.widths.insert(tile, share.max(LEAST));
             }
@@ -300,7 +357,7 @@ impl Behavior<Pane> for Content<'_> {
         }
         let rect = ui.max_rect();
         let with_title = Rect::from_min_max(rect.min - egui::vec2(0.0, TITLE_HEIGHT), rect.max);
-        self.rects.push(with_title.expand2(egui::vec2(GRAB, 0.0)));
+        self.rects.push((*pane, with_title.expand(GRAB)));
         ui.painter().rect_filled(rect, 0.0, PANEL_FILL);
         egui::Frame::new().inner_margin(MARGIN).show(ui, |ui| {
             ui.set_clip_rect(ui.clip_rect().intersect(rect));

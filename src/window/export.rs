@@ -23,6 +23,10 @@ const PIXELS: std::ops::RangeInclusive<u32> = 1..=1 << 20;
 /// Paper sizes of the list; others are typed.
 const PAPERS: [&str; 7] = ["a0", "a1", "a2", "a3", "a4", "letter", "tabloid"];
 
+/// What the dialog says about a path that is not saved.
+const COPY: &str = "The camera path has edits that are not saved. The film is drawn from a copy in hachure's cache; save \
+                    the path to draw the film again later.";
+
 /// A request of the user in the dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Request {
@@ -79,11 +83,13 @@ pub(super) struct ExportDialog {
     is_new: bool,
     /// Whether the command line was copied, until something else changes.
     copied: Option<String>,
+    /// The path in hachure's cache that is a copy of the one that is edited.
+    copy: Option<String>,
 }
 
 impl Default for ExportDialog {
     fn default() -> Self {
-        Self { is_open: false, export: Export::new([1280, 720], 1), is_new: true, copied: None }
+        Self { is_open: false, export: Export::new([1280, 720], 1), is_new: true, copied: None, copy: None }
     }
 }
 
@@ -94,6 +100,13 @@ impl ExportDialog {
         if self.is_open && std::mem::take(&mut self.is_new) {
             self.export = Export { output: format!("{output}.png"), ..Export::new(size_px, samples) };
         }
+    }
+
+    /// Chooses a film along a path. If `is_copy`, the file is a copy in hachure's cache of a path that is not saved.
+    pub(super) fn film(&mut self, path: &str, is_copy: bool) {
+        self.export.set_kind(Kind::Film);
+        path.clone_into(&mut self.export.path);
+        self.copy = is_copy.then(|| path.to_owned());
     }
 
     /// Returns whether the dialog is open.
@@ -150,6 +163,9 @@ impl ExportDialog {
             ui.vertical(|ui| {
                 ui.set_width(COLUMNS[0]);
                 options(ui, &mut self.export);
+                if self.export.kind == Kind::Film && self.copy.as_ref() == Some(&self.export.path) {
+                    ui.add(egui::Label::new(RichText::new(COPY).weak()).wrap());
+                }
             });
             ui.vertical(|ui| {
                 let width = ui.available_width().min(COLUMNS[1]);
@@ -220,6 +236,9 @@ fn options(ui: &mut Ui, export: &mut Export) {
                 if ui.selectable_label(export.ending() == *ending, format!(".{ending}")).clicked() {
                     export.set_ending(ending);
                 }
+            }
+            if export.kind == Kind::Film && ui.selectable_label(export.is_frames(), "frames").clicked() {
+                export.set_frames();
             }
         });
     }

@@ -13,6 +13,7 @@ mod gallery;
 mod land;
 mod looked;
 mod navigate;
+mod paths;
 mod touch;
 mod worlds;
 
@@ -28,6 +29,7 @@ use winit::window::Window;
 use self::compare::Compared;
 use self::controls::TOAST;
 use self::navigate::Navigation;
+use self::paths::Paths;
 use self::touch::Touch;
 use super::browse::Browser;
 use super::cost::{self, CostStats, Traffic};
@@ -46,7 +48,7 @@ use super::opening::{self, Parts};
 use super::other_world::OtherWorld;
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
-use super::path_flight::{PathFlight, Reading};
+use super::path_flight::Reading;
 use super::pictures::Pictures;
 use super::places::Places;
 use super::questions::Questions;
@@ -123,9 +125,9 @@ pub(super) struct Flight {
     light_panel: LightPanel,
     /// The land with another exaggeration, while it is being read.
     reopening: Option<Reopening>,
-    /// The camera path that is being read, and the one that is flown.
+    /// The camera path that is being read.
     reading: Option<Reading>,
-    path_flight: Option<PathFlight>,
+    paths: Paths,
     /// The camera path that is read when the world that is being opened is there.
     path_of_opening: Option<String>,
     open_dialog: OpenDialog,
@@ -261,7 +263,7 @@ impl Flight {
             former: None,
             opening: None,
             reading: None,
-            path_flight: None,
+            paths: Paths::of_world(world.world.as_deref()),
             path_of_opening: None,
             open_dialog: OpenDialog::default(),
             export_dialog: ExportDialog::default(),
@@ -327,8 +329,12 @@ impl Flight {
             window,
         };
         flight.open_document();
+        flight.find_kept_path();
         if let Some(name) = flight.world.world.clone().filter(|_| options.frames.is_none()) {
             flight.note_opened(&name);
+        }
+        if let Some(path) = &options.path {
+            flight.open_path(path);
         }
         Ok(flight)
     }
@@ -395,7 +401,7 @@ impl Flight {
         let is_still = input.is_still()
             && !self.input.flies()
             && self.camera.is_still()
-            && self.path_flight.is_none()
+            && !self.paths.player.is_playing()
             && self.frames_left.is_none();
         let flows = !is_still || self.stale;
         self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
@@ -448,7 +454,7 @@ impl Flight {
         let has_picture =
             self.former.is_some() || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
         let view = self.export_dialog.is_open().then(|| self.shown_view());
-        let panels = [Pane::Style, Pane::Inside, Pane::Cost].map(|pane| (pane, self.dock.is_shown(pane)));
+        let panels = [Pane::Style, Pane::Inside, Pane::Cost, Pane::Path].map(|pane| (pane, self.dock.is_shown(pane)));
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
@@ -493,6 +499,7 @@ impl Flight {
         let window_px = self.settings.eye_px(self.screen.size_px());
         let mut divided = self.divided.as_ref().map(|divided| (divided.divider, divided.is_ready()));
         let mut exported = None;
+        let mut path_requests = Vec::new();
         let mut is_welcomed = false;
         let painted = self.overlay.run(&self.window, |ui| {
             let context = &ui.ctx().clone();
@@ -513,6 +520,10 @@ impl Flight {
                 }
                 Pane::Inside => self.inside.show(ui, &entries),
                 Pane::Cost => cost::show(ui, &stats, &cost),
+                Pane::Path => {
+                    let (shown, panel) = self.paths.shown();
+                    path_requests.extend(panel.show(ui, &shown));
+                }
             });
             let window = context.content_rect();
             let free = self.dock.free(window);
@@ -541,7 +552,7 @@ impl Flight {
             toasts::show(context, &self.toasts, Some(left).filter(covers), Some(right).filter(covers));
             is_welcomed |= self.welcomes && welcome::show(context);
         });
-        self.overlay.set_docked(self.dock.rects().to_vec());
+        self.overlay.set_docked(self.dock.rects());
         if is_welcomed {
             self.end_welcome();
         }
@@ -565,6 +576,7 @@ impl Flight {
         if let Some(request) = opens {
             self.on_open_request(request);
         }
+        self.on_path_requests(path_requests);
         if self.settings.style != settings_before.style {
             self.style_changed(settings_before.style);
             self.open_document();

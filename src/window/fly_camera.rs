@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::camera_moves::{Glide, Zoom};
+use super::camera_moves::{Glide, Stand, Zoom};
 use crate::scene::camera::Camera;
 use crate::scene::view::Pose;
 
@@ -100,6 +100,9 @@ pub(crate) struct FlyCamera {
     pub(super) zoom: Option<Zoom>,
     /// The motion to another view, if there is one.
     pub(super) glide: Option<Glide>,
+    /// Where a camera path has placed the camera. While it is there, it is exactly where a film has it, even below the
+    /// clearance.
+    placed: Option<Stand>,
 }
 
 impl FlyCamera {
@@ -122,6 +125,7 @@ impl FlyCamera {
             fastest_m_s: (across_m / 20.0).max(SLOWEST_M_S),
             zoom: None,
             glide: None,
+            placed: None,
         };
         camera.clear_ground(ground_m);
         camera
@@ -182,12 +186,14 @@ impl FlyCamera {
         }
     }
 
-    /// Places the camera at a camera of a path, whose z is in the world's frame.
+    /// Places the camera at a camera of a path, whose z is in the world's frame, and ends all motion.
     pub(crate) fn stand_at(&mut self, camera: &Camera) {
+        self.stop();
         self.position_m = camera.position_m;
         self.yaw_deg = camera.yaw_deg.rem_euclid(360.0);
-        self.pitch_deg = camera.pitch_deg.clamp(-STEEPEST_DEG, STEEPEST_DEG);
+        self.pitch_deg = camera.pitch_deg;
         self.fov_deg = camera.fov_deg;
+        self.placed = Some(self.stand());
     }
 
     /// Returns the pose for the renderer.
@@ -223,6 +229,10 @@ impl FlyCamera {
             self.look_left_deg = DVec2::ZERO;
         }
         turn_deg += DVec2::from_array(input.turn_deg_s) * step_s;
+        if turn_deg == DVec2::ZERO {
+            // A camera path may look steeper than the mouse does.
+            return;
+        }
         self.yaw_deg = (self.yaw_deg + turn_deg.x).rem_euclid(360.0);
         self.pitch_deg = (self.pitch_deg + turn_deg.y).clamp(-STEEPEST_DEG, STEEPEST_DEG);
     }
@@ -245,6 +255,9 @@ impl FlyCamera {
     }
 
     fn clear_ground(&mut self, ground_m: impl Fn(DVec2) -> f64) {
+        if self.placed == Some(self.stand()) {
+            return;
+        }
         let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(MIN_CLEARANCE_M);
         if self.position_m.z < lowest_m {
             self.position_m.z = lowest_m;
@@ -365,6 +378,19 @@ mod tests {
         camera.clearance_m = 40.0;
         camera.advance(&FlyInput::default(), 0.0, slope);
         near(camera.position_m.z - slope(camera.position_m.truncate()), 40.0, 1e-9);
+    }
+
+    #[test]
+    fn a_path_places_the_camera_exactly_until_it_moves() {
+        let mut camera = camera();
+        camera.velocity_m_s = DVec3::X;
+        let low = Camera { position_m: DVec3::new(1.0, 2.0, 50.0), pitch_deg: -90.0, yaw_deg: 725.0, ..camera.exact() };
+        camera.stand_at(&low);
+        assert!(!camera.advance(&FlyInput::default(), 0.1, FLAT), "it stays, below the ground");
+        assert_eq!(camera.exact(), Camera { yaw_deg: 5.0, ..low });
+        camera.advance(&FlyInput { look_deg: [1.0, 0.0], ..FlyInput::default() }, 0.1, FLAT);
+        assert_eq!(camera.position_m.z, 102.0, "and clears the ground when the user takes over");
+        assert!(camera.pitch_deg >= -STEEPEST_DEG);
     }
 
     #[test]

@@ -220,6 +220,8 @@ impl Input {
                 | KeyCode::ArrowDown
                 | KeyCode::ArrowLeft
                 | KeyCode::ArrowRight
+                | KeyCode::Home
+                | KeyCode::End
                 | KeyCode::Escape
         );
         if code == KeyCode::Tab || operates && overlay.has_focus() && self.drag.is_none() {
@@ -229,9 +231,10 @@ impl Input {
             return forward(window, overlay, event);
         }
         let copies = code == KeyCode::KeyC && self.keys.control();
-        // Backspace restores the default of the parameter under the mouse, and Esc closes a list before it leaves.
+        // Backspace restores the default of the parameter under the mouse, Delete removes the selected key frame, and Esc
+        // closes a list before it leaves.
         let closes = code == KeyCode::Escape && self.drag.is_none() && overlay.has_popup();
-        if copies || closes || code == KeyCode::Backspace {
+        if copies || closes || matches!(code, KeyCode::Backspace | KeyCode::Delete) {
             return forward(window, overlay, event);
         }
         // Shift may be pressed after Ctrl.

@@ -51,6 +51,12 @@ pub(super) enum Action {
     Open,
     /// Open or close the dialog that exports.
     Export,
+    /// Add a key frame to the camera path.
+    AddKey,
+    /// Remember the present view.
+    AddView,
+    /// Play the camera path, or pause it.
+    Play,
 }
 
 /// The keys and what they do, for the panel.
@@ -82,6 +88,10 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("I", "edit the style"),
     ("K", "look inside the frame"),
     ("C", "cost of the frame"),
+    ("V", "camera path and views"),
+    ("N", "add key frame to the path"),
+    ("J", "play, pause the path"),
+    ("M", "remember this view"),
     ("Tab", "next control of a panel"),
     ("Ctrl Z, Ctrl Y", "undo, redo"),
     ("Ctrl S", "save the style"),
@@ -121,6 +131,10 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>) -> Option<Action> {
         Key::KeyI => Action::Toggle(Pane::Style),
         Key::KeyK => Action::Toggle(Pane::Inside),
         Key::KeyC => Action::Toggle(Pane::Cost),
+        Key::KeyV => Action::Toggle(Pane::Path),
+        Key::KeyN => Action::AddKey,
+        Key::KeyM => Action::AddView,
+        Key::KeyJ => Action::Play,
         Key::KeyR => Action::Restart,
         Key::KeyT => Action::TopView,
         Key::KeyF => Action::FrameAll,

@@ -30,6 +30,7 @@ mod other_world;
 mod overlay;
 mod panel;
 mod path_flight;
+mod path_panel;
 mod pictures;
 mod places;
 mod pointed;
@@ -165,6 +166,8 @@ pub(crate) struct FlightOptions {
     pub name: String,
     /// A preset or a style file.
     pub style: String,
+    /// The camera path that is flown at the start: a file, or the name of a built-in path.
+    pub path: Option<String>,
     /// Initial size of the window.
     pub size_px: [u32; 2],
     /// Initial smoothing of edges.

@@ -70,7 +70,7 @@ pub(crate) fn check_places(path: &Path, text: &str, ground: &GroundHeights) -> R
         keys.iter().map(|key| misfit(key, [low_m, high_m], |x, y| ground.height_m(x, y))).collect();
     ground.failure().map_or(Ok(()), |failure| Err(PathFitError::Ground(failure)))?;
     let wrong = misfits.iter().flatten().count();
-    let Some((Key { line, camera }, misfit)) =
+    let Some((Key { line, camera, .. }, misfit)) =
         keys.iter().zip(&misfits).find_map(|(key, misfit)| Some((key, (*misfit)?)))
     else {
         return Ok(None);
@@ -119,7 +119,9 @@ mod tests {
     #[test]
     fn cameras_outside_and_below_do_not_suit() {
         let land = [DVec2::splat(-500.0), DVec2::splat(500.0)];
-        let of = |camera: &str| misfit(&Key { line: 2, camera: camera.parse().unwrap() }, land, |x, _| 100.0 + x);
+        let of = |camera: &str| {
+            misfit(&Key { line: 2, time_s: 0.0, camera: camera.parse().unwrap(), ease: 0.0 }, land, |x, _| 100.0 + x)
+        };
         assert_eq!(of("0,0,150,0,0,50"), None);
         assert_eq!(of("0,0,99.5,0,0,50"), None, "rounded");
         assert_eq!(of("0,0,+2,0,0,50"), None);

@@ -22,6 +22,9 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         arguments::style(style)?;
     }
     args.world.check()?;
+    if let Some(path) = &args.path {
+        arguments::camera_path(path)?;
+    }
     // What a run with a number of frames draws depends on its arguments alone.
     let remembered = if args.frames.is_none() { Remembered::open() } else { Remembered::default() };
     // The file of the last style may be gone.
@@ -32,6 +35,7 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let options = FlightOptions {
         name: title(args.world.name()),
         style: args.style.clone().or(last_style).unwrap_or_else(|| STYLE.to_owned()),
+        path: args.path.as_ref().map(|path| path.to_string_lossy().into_owned()),
         size_px,
         adapter: adapter.clone(),
         frames: args.frames,

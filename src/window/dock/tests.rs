@@ -112,6 +112,74 @@ fn a_closed_panel_comes_back_to_its_place() {
 }
 
 #[test]
+fn the_camera_path_is_below_the_picture_and_keeps_its_height() {
+    let mut harness = open(Dock::default(), [1280.0, 800.0]);
+    harness.state_mut().dock.toggle(Pane::Path);
+    harness.run();
+    let window = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1280.0, 800.0));
+    let area = |harness: &Harness<'_, Bench>| harness.state().rects[&Pane::Path];
+    let (before, flight) = (area(&harness), width(&harness, Pane::Flight));
+    assert!(before.height() > 150.0 && before.height() < 200.0 && before.width() > 900.0, "{before}");
+    assert!(harness.state().dock.is_over_pane(Pane::Path, before.center()));
+    assert!(!harness.state().dock.is_over_pane(Pane::Path, egui::pos2(700.0, 300.0)));
+    assert!(!harness.state().dock.is_over(egui::pos2(700.0, 300.0)), "the picture above it");
+    let free = harness.state().dock.free(window);
+    assert!(free.bottom() < 620.0 && free.bottom() > 560.0 && free.left() > 250.0 && free.right() == 1280.0, "{free}");
+    for (size, is_same) in
+        [([960.0, 540.0], true), ([960.0, 200.0], false), ([1.0, 1.0], false), ([1280.0, 800.0], true)]
+    {
+        harness.set_size(egui::vec2(size[0], size[1]));
+        harness.run();
+        if is_same {
+            assert!((area(&harness).height() - before.height()).abs() < 1.0, "{size:?}: {}", area(&harness));
+            assert!((width(&harness, Pane::Flight) - flight).abs() < 1.0, "{size:?}");
+        }
+    }
+    // Its upper border is dragged.
+    let at = |y: f32| egui::pos2(800.0, y);
+    let border = before.top() - f32::from(MARGIN) - TITLE_HEIGHT;
+    harness.hover_at(at(border));
+    harness.run();
+    harness.drag_at(at(border));
+    harness.step();
+    for step in 1..=5 {
+        harness.hover_at(at(border - 10.0 * step as f32));
+        harness.step();
+    }
+    harness.drop_at(at(border - 50.0));
+    harness.run();
+    let after = area(&harness).height();
+    assert!((after - before.height() - 50.0).abs() < 3.0, "{before}, then {after}");
+    let again = open(Dock::of_text(&harness.state().dock.text().unwrap()).unwrap(), [1000.0, 700.0]);
+    assert!((area(&again).height() - after).abs() < 1.0);
+}
+
+#[test]
+fn a_layout_without_the_camera_path_gets_it() {
+    // As version 0.2 wrote it after the panel of the style was moved to the left.
+    let mut old = Dock::default();
+    let path = old.tile(Pane::Path).unwrap();
+    let below = old.tree.tiles.parent_of(path).unwrap();
+    old.tree.tiles.remove(path);
+    old.tree.tiles.remove(below);
+    let middle = old.tree.tiles.parent_of(below).unwrap();
+    if let Some(Tile::Container(container)) = old.tree.tiles.get_mut(middle) {
+        assert!(container.remove_child(below).is_some());
+    }
+    old.tree.simplify(&options());
+    let view = old.tile(Pane::View).unwrap();
+    old.widths.insert(old.tree.tiles.parent_of(old.tile(Pane::Flight).unwrap()).unwrap(), 300.0);
+    assert!(!old.is_complete() && old.tree.tiles.parent_of(old.tree.tiles.parent_of(view).unwrap()) == old.tree.root());
+    let mut harness = open(Dock::of_text(&old.text().unwrap()).unwrap(), [1280.0, 800.0]);
+    assert!(!harness.state().dock.is_shown(Pane::Path));
+    harness.state_mut().dock.toggle(Pane::Path);
+    harness.run();
+    let path = harness.state().rects[&Pane::Path];
+    assert!(path.top() > 600.0 && path.width() > 900.0, "{path}");
+    assert!((width(&harness, Pane::Flight) - 300.0 + 2.0 * f32::from(MARGIN)).abs() < 2.0, "the width is kept");
+}
+
+#[test]
 fn texts_that_are_no_panels_are_refused() {
     let text = Dock::default().text().unwrap();
     assert!(Dock::of_text(&text).is_some());

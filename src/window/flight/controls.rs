@@ -18,6 +18,7 @@ use crate::window::WindowError;
 use crate::window::input::Reaction;
 use crate::window::inspector::Edit;
 use crate::window::keys::Action;
+use crate::window::path_panel;
 use crate::window::screenshot::Shot;
 use crate::window::settings::Settings;
 use crate::window::toasts::{self, About};
@@ -126,10 +127,17 @@ impl Flight {
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot(),
             Action::Toggle(pane) => self.dock.toggle(pane),
+            Action::Undo if self.is_over_path_panel() => self.edit_path(path_panel::Edit::Undo),
+            Action::Redo if self.is_over_path_panel() => self.edit_path(path_panel::Edit::Redo),
+            Action::Save if self.is_over_path_panel() => self.save_path(),
+            Action::SaveAs if self.is_over_path_panel() => self.ask_for_path_name(),
             Action::Undo => self.apply(vec![Edit::Undo], before.style),
             Action::Redo => self.apply(vec![Edit::Redo], before.style),
             Action::Save => self.save_or_ask(),
             Action::SaveAs => self.ask_for_name(),
+            Action::AddKey => self.edit_path(path_panel::Edit::Add),
+            Action::AddView => self.add_view(),
+            Action::Play => self.toggle_play(),
             Action::Restart => self.restart(),
             Action::TopView => self.top_view(),
             Action::FrameAll => self.frame_all(),
@@ -148,7 +156,9 @@ impl Flight {
             Action::Escape if self.open_dialog.is_open() => self.open_dialog.close(),
             Action::Escape if self.export_dialog.is_open() => self.export_dialog.close(),
             Action::Escape if self.gallery.is_open => self.toggle_gallery(),
-            Action::Escape if self.end_path() => self.say(About::Edit, "The camera path has ended".to_owned(), TOAST),
+            Action::Escape if self.pause_path() => {
+                self.say(About::Edit, "The camera path is paused".to_owned(), TOAST / 2)
+            }
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
                 if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {
@@ -303,6 +313,7 @@ impl Flight {
     }
 
     pub(super) fn restart(&mut self) {
+        self.paths.player.pause();
         let clearance_m = self.camera.clearance_m;
         self.camera = self.start.clone();
         self.camera.clearance_m = clearance_m;

@@ -153,6 +153,7 @@ impl Flight {
             | self.take_reopened()
             | self.take_opened()
             | self.take_path()
+            | self.take_grounds()
             | self.take_chosen()
             | self.take_exports();
         let next = self.on_files_changed();

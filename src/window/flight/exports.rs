@@ -123,10 +123,20 @@ impl Flight {
         }
     }
 
-    /// Returns the names of styles that have edits which are not saved.
-    pub(super) fn edited_names(&self) -> Vec<&str> {
+    /// Opens the export dialog with a film along a path. A copy of the path is in hachure's cache, because there are edits
+    /// that are not saved.
+    pub(super) fn export_film(&mut self, path: &str, is_copy: bool) {
+        if !self.export_dialog.is_open() {
+            self.toggle_export();
+        }
+        self.export_dialog.film(path, is_copy);
+    }
+
+    /// Returns the names of styles, and of the camera path, that have edits which are not saved.
+    pub(super) fn edited_names(&self) -> Vec<String> {
         let edited = self.styles.documents().filter(|(_, document)| document.is_edited());
-        edited.map(|(_, document)| StyleDocument::name(document)).collect()
+        let styles = edited.map(|(_, document)| StyleDocument::name(document).to_owned());
+        styles.chain(self.paths.document.is_edited().then(|| self.path_name())).collect()
     }
 }
 

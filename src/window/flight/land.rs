@@ -57,6 +57,7 @@ impl Flight {
                     camera.stop_moves();
                 }
                 self.begin_again();
+                self.read_grounds();
             }
             Err(error) => {
                 self.settings.exaggeration = self.world.surfaces.exaggeration();

@@ -63,6 +63,9 @@ impl Flight {
         if self.frames_left.is_some() {
             return;
         }
+        if let Err(error) = self.paths.views.keep_names() {
+            tracing::warn!("{error}");
+        }
         let is_whole = self.window.fullscreen().is_none() && !self.window.is_maximized();
         if is_whole && !self.hidden {
             self.remembered.size_px = Some(self.screen.size_px());

@@ -18,7 +18,7 @@ use crate::window::fly_camera::FlyCamera;
 use crate::window::light::LightPanel;
 use crate::window::open_dialog::Request;
 use crate::window::other_world::{OtherWorld, Wanted};
-use crate::window::path_flight::{self, PathFlight, Reading};
+use crate::window::path_flight::{self, Reading};
 use crate::window::places::Places;
 use crate::window::toasts::About;
 
@@ -170,7 +170,8 @@ impl Flight {
         self.navigation = Navigation::new(Places::of(terrain));
         self.touch.cancel();
         self.export_dialog.forget();
-        (self.reopening, self.reading, self.path_flight) = (None, None, None);
+        (self.reopening, self.reading) = (None, None);
+        self.leave_path();
         let of_this_world = self.path_of_opening.take();
         self.settings.sun = world.sun;
         self.settings.haze_m = world.light.haze_m;
@@ -181,6 +182,7 @@ impl Flight {
         self.window.set_title(&format!("{} — hachure", world.name));
         self.say(About::File, format!("Opened {}", world.name), TOAST);
         self.world = world;
+        self.open_views();
         self.begin_again();
         self.thumbnails.wake(Instant::now());
         if let Some(path) = of_this_world {
@@ -217,7 +219,7 @@ impl Flight {
     }
 
     /// Begins to read a camera path. While another world is being opened, the path is meant for that world and waits.
-    fn open_path(&mut self, name: &str) {
+    pub(super) fn open_path(&mut self, name: &str) {
         if self.opening.is_some() {
             self.path_of_opening = Some(name.to_owned());
             return;
@@ -232,39 +234,20 @@ impl Flight {
         self.reading = Some(Reading::start(wanted, move || _ = proxy.send_event(())));
     }
 
-    /// Begins to fly a path that was read. Returns whether there is news.
+    /// Flies a path that was read. Returns whether there is news.
     pub(super) fn take_path(&mut self) -> bool {
         let Some(done) = self.reading.as_ref().and_then(Reading::take) else { return false };
         self.reading = None;
         match done {
-            Ok(path_flight::Read { name, path, warning }) => {
+            Ok(path_flight::Read { name, document, warning }) => {
                 self.note_opened(&name.to_string_lossy());
                 self.open_dialog.close();
                 warning.into_iter().for_each(|warning| self.say(About::File, warning, 2 * TOAST));
-                self.say(About::Edit, path_flight::begins(&name, &path), TOAST);
-                self.path_flight = Some(PathFlight::new(path));
+                self.enter_path(document);
             }
             Err(error) => self.cannot_open(error),
         }
         true
-    }
-
-    /// Moves the camera along the path that is flown, unless the user moves it. Returns whether the picture changes.
-    pub(super) fn follow_path(&mut self, now: Instant, is_moved: bool) -> bool {
-        let Some(flight) = &mut self.path_flight else { return false };
-        let (camera, is_last) = flight.at(now);
-        if is_moved || is_last {
-            self.path_flight = None;
-        }
-        if !is_moved {
-            self.camera.stand_at(&camera);
-        }
-        true
-    }
-
-    /// Ends the flight along a path. Returns whether there was one.
-    pub(super) fn end_path(&mut self) -> bool {
-        self.path_flight.take().is_some()
     }
 }
 
