@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rfd::{AsyncFileDialog, FileHandle};
 
-use super::background::{Background, NoResult};
+use super::background::Background;
 
 /// Hardly anybody closes a dialog faster than this. A dialog that ends sooner, without a choice, was never shown: no
 /// portal for dialogs answers, and `rfd` says so only in a log.
@@ -67,7 +67,7 @@ impl Browser {
 
     /// Takes the end of the dialog; `None` while it is open, or if there is none.
     pub(super) fn take(&mut self) -> Option<Chosen> {
-        let chosen = self.done.as_ref()?.take()?.unwrap_or_else(|NoResult| Chosen::NoDialog);
+        let chosen = self.done.as_ref()?.take()?.unwrap_or(Chosen::NoDialog);
         self.done = None;
         Some(chosen)
     }

@@ -157,7 +157,7 @@ impl Flight {
             Action::Escape if self.export_dialog.is_open() => self.export_dialog.close(),
             Action::Escape if self.gallery.is_open => self.toggle_gallery(),
             Action::Escape if self.pause_path() => {
-                self.say(About::Edit, "The camera path is paused".to_owned(), TOAST / 2)
+                self.say(About::Edit, "The camera path is paused".to_owned(), TOAST / 2);
             }
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
