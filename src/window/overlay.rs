@@ -113,11 +113,6 @@ impl Overlay {
         self.context.memory_mut(|memory| memory.stop_text_input());
     }
 
-    /// Returns where the mouse is, in points.
-    pub(super) fn pointer(&self) -> Option<egui::Pos2> {
-        self.pointer
-    }
-
     /// Takes the areas of docked panels, which are at the level of the picture for egui.
     pub(super) fn set_docked(&mut self, docked: Vec<egui::Rect>) {
         self.docked = docked;

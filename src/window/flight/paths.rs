@@ -337,7 +337,9 @@ impl Flight {
 
     /// Returns whether undo, redo and save are for the path: the mouse is over its panel.
     pub(super) fn is_over_path_panel(&self) -> bool {
-        self.overlay.pointer().is_some_and(|at| self.dock.is_over_pane(Pane::Path, at))
+        let scale = f64::from(self.overlay.context().pixels_per_point());
+        let cursor = self.input.cursor_px().map(|px| px / scale);
+        cursor.is_some_and(|at| self.dock.is_over_pane(Pane::Path, egui::pos2(at.x as f32, at.y as f32)))
     }
 }
 
