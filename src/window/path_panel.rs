@@ -196,7 +196,7 @@ impl PathPanel {
             let height = ui.available_height().max(LEAST_LIST);
             let views = (0.35 * ui.available_width()).clamp(VIEWS[0], VIEWS[1]);
             ui.horizontal_top(|ui| {
-                let keys = (ui.available_width() - views - 12.0).max(100.0);
+                let keys = (ui.available_width() - views - 24.0).max(100.0);
                 ui.allocate_ui_with_layout(egui::vec2(keys, height), Layout::top_down(Align::Min), |ui| {
                     self.key_list(ui, shown, height, &mut requests);
                 });
@@ -394,8 +394,10 @@ fn play_row(ui: &mut Ui, shown: &Shown<'_>, requests: &mut Vec<Request>) {
     }
     ui.label(RichText::new("of").weak());
     let mut duration_s = last_s - first_s;
-    let value = DragValue::new(&mut duration_s).speed(0.05).range(0.1..=LATEST_S).suffix(" s").max_decimals(2);
-    let value = ui.add_enabled(has_curve, value.update_while_editing(false));
+    let value = DragValue::new(&mut duration_s).speed(0.05).suffix(" s").max_decimals(2);
+    // Without a curve, it is 0.
+    let value = value.range(0.1..=LATEST_S).clamp_existing_to_range(false).update_while_editing(false);
+    let value = ui.add_enabled(has_curve, value);
     let value = value.on_hover_text("Duration of the path: all times are stretched or shrunk");
     name(&value, "Duration of the path");
     changed(&value, Edit::Duration(duration_s), requests);

@@ -223,7 +223,8 @@ fn asked_s(ui: &Ui, response: &egui::Response, playhead_s: f64, [first_s, last_s
 fn range_s([first_s, last_s]: [f64; 2]) -> [f64; 2] {
     let duration_s = last_s - first_s;
     let from_s = if first_s > 0.0 { (first_s - duration_s.max(1.0)).max(0.0) } else { first_s };
-    [from_s, last_s + (0.15 * duration_s).max(2.0)]
+    let room_s = if duration_s > 0.0 { (0.15 * duration_s).max(2.0) } else { 10.0 };
+    [from_s, last_s + room_s]
 }
 
 /// Returns the distance between two numbers, in seconds.
