@@ -549,7 +549,7 @@ impl Flight {
             let left = egui::Rect::from_min_max(window.min, egui::pos2(free.left(), window.bottom()));
             let right = egui::Rect::from_min_max(egui::pos2(free.right(), window.top()), window.max);
             let covers = |side: &egui::Rect| side.width() > 0.0;
-            toasts::show(context, &self.toasts, Some(left).filter(covers), Some(right).filter(covers));
+            toasts::show(context, &self.toasts, Some(left).filter(covers), Some(right).filter(covers), free.bottom());
             is_welcomed |= self.welcomes && welcome::show(context);
         });
         self.overlay.set_docked(self.dock.rects());

@@ -103,11 +103,19 @@ pub(super) fn place(window: Rect, panel: Option<Rect>) -> Rect {
 }
 
 /// Shows the messages next to the panel and to the left of the inspector, or in the whole window if they are hidden.
-pub(super) fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>, inspector: Option<Rect>) {
+/// `bottom` is the upper border of a panel at the bottom, or that of the window, in points.
+pub(super) fn show(
+    context: &egui::Context,
+    toasts: &Toasts,
+    panel: Option<Rect>,
+    inspector: Option<Rect>,
+    bottom: f32,
+) {
     if toasts.is_empty() {
         return;
     }
     let mut window = context.content_rect();
+    window.max.y = bottom.min(window.bottom());
     if let Some(inspector) = inspector {
         window.max.x = inspector.left().max(window.left() + NARROWEST);
     }
@@ -202,12 +210,12 @@ mod tests {
             let mut texts = Vec::new();
             for _ in 0..2 {
                 let input = egui::RawInput { screen_rect: Some(window), ..Default::default() };
-                let output = context.run_ui(input, |ui| show(ui.ctx(), &toasts, Some(panel), None));
+                let output = context.run_ui(input, |ui| show(ui.ctx(), &toasts, Some(panel), None, 400.0));
                 texts = output.shapes.into_iter().filter_map(|clipped| text_rect(&clipped.shape)).collect();
             }
             assert_eq!(texts.len(), number + 1);
             for rect in &texts {
-                assert!(window.contains_rect(*rect) && !rect.intersects(panel), "{rect:?}");
+                assert!(window.contains_rect(*rect) && !rect.intersects(panel) && rect.bottom() <= 400.0, "{rect:?}");
             }
             let overlap = |(i, a): (usize, &Rect)| texts[i + 1..].iter().any(|b| a.intersects(*b));
             assert!(!texts.iter().enumerate().any(overlap), "{texts:?}");
