@@ -82,7 +82,6 @@ use crate::studio::recent::Recent;
 use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
 use crate::style::Style;
-use crate::style::set::SetValue;
 use crate::tiles::terrain::Prepared;
 
 /// Duration of the first step after a rest.
@@ -137,7 +136,7 @@ pub(super) struct Flight {
     /// The messages of exports that failed, until the user has seen them.
     failures: Vec<String>,
     /// The edited values of a style, by the style and its revision.
-    set_values: Option<((usize, u64), Option<Vec<SetValue>>)>,
+    set_values: Option<exports::KnownValues>,
     /// The GPU that was asked for.
     wish: AdapterWish,
     browser: Browser,

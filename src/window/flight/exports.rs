@@ -17,6 +17,9 @@ const MOST: usize = 2;
 /// Largest number of edited values on a command line that people read.
 const MOST_VALUES: usize = 24;
 
+/// The edited values of a style, by the style and its revision; `None` if no command line can say them.
+pub(super) type KnownValues = ((usize, u64), Option<Vec<SetValue>>);
+
 impl Flight {
     /// Opens or closes the export dialog.
     pub(super) fn toggle_export(&mut self) {
