@@ -7,6 +7,8 @@
 
 mod lines;
 mod saving;
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 

@@ -1,7 +1,6 @@
 //! Tests documents: values, layers, history and what is drawn.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
-mod camera_path;
 mod controls;
 mod extends;
 mod files;

@@ -1,4 +1,5 @@
 //! Tests a camera path that is being edited: its lines, its history, its files, and that it is the path of a film.
+#![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
 use std::path::Path;
 
