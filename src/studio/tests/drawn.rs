@@ -1,0 +1,74 @@
+//! Tests that edits are drawn: nothing fails or grows, and in the end the picture is that of the saved file.
+
+use crate::composite::PICTURE;
+use crate::frame::Renderer;
+use crate::gpu::readback::read_as;
+use crate::style::Style;
+use crate::style::parameters::ValueKind;
+use crate::tests::common::draw::{draw, north_west, still};
+use crate::tests::common::hill::Hill;
+use crate::tests::common::{World, full};
+
+use super::{Random, Row, open};
+
+const SIZE_PX: [u32; 2] = [96, 54];
+/// Frames after which nothing fades any more.
+const REST: usize = 12;
+
+fn frame(world: &mut World, renderer: &mut Renderer, style: &Style) {
+    let view = still(world.pose("900,-900,+20,315,3,60"), SIZE_PX);
+    draw(&world.gpu, &mut world.surfaces, renderer, &view, style, &north_west());
+}
+
+fn picture(world: &mut World, renderer: &mut Renderer, style: &Style) -> Vec<[u16; 4]> {
+    renderer.forget();
+    (0..REST).for_each(|_| frame(world, renderer, style));
+    read_as(&world.gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap()
+}
+
+#[test]
+fn random_edits_are_drawn_and_the_last_picture_is_that_of_the_saved_file() {
+    let Some(mut world) = World::on_own_device(Hill::square(321, 10.0).1, 1.0) else { return };
+    let count = if full() { 500 } else { 40 };
+    let folder = tempfile::tempdir().unwrap();
+    for (name, seed) in [("ink", 3), ("crosshatch", 8)] {
+        let mut random = Random(seed);
+        let mut document = open(name);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let first = picture(&mut world, &mut renderer, document.style());
+        let start_bytes = world.gpu.memory_bytes();
+        let (mut numbers, mut with_pipelines, mut largest_bytes) = (0, 0, start_bytes);
+        for _ in 0..count {
+            let rows: Vec<Row> = document.sections().iter().flat_map(|section| section.rows.clone()).collect();
+            let row = &rows[random.below(rows.len())];
+            let value = random.value(row);
+            let is_number = matches!(row.definition.kind, ValueKind::Number | ValueKind::Color);
+            let is_taken = document.set(&row.key, value).is_ok();
+            document.release();
+            if is_taken && random.below(4) == 0 {
+                document.undo();
+            }
+            let built = renderer.built_at_once();
+            frame(&mut world, &mut renderer, document.style());
+            numbers += u64::from(is_taken && is_number);
+            with_pipelines += u64::from(is_number && renderer.built_at_once() > built);
+            largest_bytes = largest_bytes.max(world.gpu.memory_bytes());
+        }
+        let saved = document.save_as(folder.path().join(name).to_str().unwrap(), None).unwrap();
+        let edited = picture(&mut world, &mut renderer, document.style());
+        let read = Style::read(saved.path().unwrap()).unwrap();
+        let mut fresh = Renderer::new(&world.gpu).unwrap();
+        assert!(edited == picture(&mut world, &mut fresh, &read), "{name}: the saved file draws something else");
+        // Planted: another style draws something else.
+        assert!(edited != first, "{name}: no edit had an effect");
+        drop(fresh);
+        document.revert().unwrap();
+        assert!(first == picture(&mut world, &mut renderer, document.style()), "{name}: an edit left a trace");
+        let end_bytes = world.gpu.memory_bytes();
+        println!(
+            "{name}: {count} edits, {numbers} numbers and colours, {with_pipelines} of them with pipelines; GPU memory \
+             {start_bytes} bytes at the start, {largest_bytes} at most, {end_bytes} at the end"
+        );
+        assert!(end_bytes <= start_bytes + start_bytes / 10, "{name}: memory grew from {start_bytes} to {end_bytes}");
+    }
+}
