@@ -79,6 +79,16 @@ pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }
 
+/// Runs `hachure` alone. Without a world, and without options that are for one world, it is the world of the last flight.
+///
+/// # Errors
+/// Those of [`run`].
+pub(crate) fn run_again(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    let has_place = args.camera.is_some() || args.path.is_some() || args.look.look_at.is_some();
+    let again = args.world.name.is_none() && !has_place && !args.vr && args.frames.is_none();
+    if again { in_window::run_again(args, adapter) } else { run(args, adapter) }
+}
+
 /// Replaces `in_window` in a build without a window.
 #[cfg(not(feature = "window"))]
 mod in_window {
@@ -91,6 +101,8 @@ mod in_window {
             "this build of hachure has no window (feature `window`); use `hachure render` to draw into a file"
         )
     }
+
+    pub(super) use run as run_again;
 }
 
 /// Replaces `in_headset` in a build without a headset.

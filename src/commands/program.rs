@@ -24,7 +24,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Fly over a world in a window (the default command)
+    /// Fly over a world in a window (the default command; without a world, `hachure` alone opens that of the last flight)
     Fly(fly::FlyArgs),
     /// Draw a picture, a sequence of frames, or a film
     Render(Box<render::RenderArgs>),
@@ -52,7 +52,7 @@ impl Cli {
             Some(Command::Info(args)) => info::run(args),
             Some(Command::Styles(args)) => styles::run(args),
             Some(Command::Fly(args)) => fly::run(args, &self.adapter),
-            None => fly::run(&self.fly, &self.adapter),
+            None => fly::run_again(&self.fly, &self.adapter),
         }
     }
 }

@@ -38,7 +38,7 @@ const SAMPLE_FACTOR: i32 = 1;
 const RGBA: usize = 4;
 
 /// A film that is being made. Without [`GifWriter::finish`] there is no file.
-pub(crate) struct GifWriter {
+pub struct GifWriter {
     path: PathBuf,
     size: [u16; 2],
     rate: FrameRate,
@@ -55,7 +55,7 @@ impl GifWriter {
     ///
     /// # Errors
     /// Fails if the picture is empty or has a side of more than 65,535 pixels, or for more than 50 frames per second.
-    pub(crate) fn create(
+    pub fn create(
         path: &Path,
         [width, height]: [u32; 2],
         rate: FrameRate,
@@ -85,7 +85,7 @@ impl GifWriter {
     ///
     /// # Errors
     /// Fails if the number of bytes is wrong, or if the film becomes too long for memory.
-    pub(crate) fn write_frame(&mut self, rgba: &[u8]) -> Result<(), FileError> {
+    pub fn write_frame(&mut self, rgba: &[u8]) -> Result<(), FileError> {
         let failed = |error| FileError::write(&self.path, error);
         let expected = usize::from(self.size[0]) * usize::from(self.size[1]) * RGBA;
         if rgba.len() != expected {
@@ -118,7 +118,7 @@ impl GifWriter {
     ///
     /// # Errors
     /// Fails if there is no frame, the folder does not exist or is not writable, or the disk is full.
-    pub(crate) fn finish(self) -> Result<(), FileError> {
+    pub fn finish(self) -> Result<(), FileError> {
         if self.frames.is_empty() {
             return Err(FileError::write(&self.path, "the film has no frames"));
         }

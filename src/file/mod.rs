@@ -9,7 +9,7 @@ pub mod frame_rate;
 pub(crate) mod geojson;
 pub(crate) mod geojson_polygons;
 pub(crate) mod geotiff;
-pub(crate) mod gif;
+pub mod gif;
 pub(crate) mod glb;
 pub(crate) mod guard;
 pub(crate) mod hdr;

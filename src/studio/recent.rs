@@ -51,12 +51,8 @@ impl Recent {
     /// # Errors
     /// One line with the file and the cause, if the settings file cannot be written.
     pub(crate) fn add(&mut self, name: &str) -> Result<(), String> {
-        let name = lasting(name);
+        let Some(name) = kept(name) else { return Ok(()) };
         self.read();
-        // What is behind a question mark or before an at sign may be a password.
-        if name.contains("://") && name.contains(['?', '@']) {
-            return Ok(());
-        }
         self.names.retain(|known| *known != name);
         self.names.insert(0, name);
         self.names.truncate(COUNT);
@@ -73,6 +69,13 @@ impl Recent {
 /// Returns whether a name is an address, or that of a built-in scene or camera path, instead of the path of a file.
 pub(crate) fn is_no_path(name: &str) -> bool {
     name.contains("://") || embedded::scene(name).is_some() || embedded::path(Path::new(name)).is_some()
+}
+
+/// Returns a name that does not depend on the current folder, if it may be written into the settings file: what is behind a
+/// question mark or before an at sign of an address may be a password.
+pub(crate) fn kept(name: &str) -> Option<String> {
+    let is_secret = name.contains("://") && name.contains(['?', '@']);
+    (!is_secret).then(|| lasting(name))
 }
 
 /// Returns a name that does not depend on the current folder.

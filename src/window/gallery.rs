@@ -86,7 +86,10 @@ impl Gallery {
                 let hint = "A click chooses a style. 1 to 9 over a thumbnail makes it a favourite.";
                 ui.label(RichText::new(hint).weak());
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    is_open = !ui.button("Close").on_hover_text("Close the gallery (G, Esc)").clicked();
+                    let close = ui.button("Close").on_hover_text("Close the gallery (G, Esc)");
+                    // Tabs of panels have buttons of the same name.
+                    context.accesskit_node_builder(close.id, |node| node.set_label("Close the gallery"));
+                    is_open = !close.clicked();
                 });
             });
             ui.separator();

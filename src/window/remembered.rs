@@ -1,5 +1,5 @@
-//! What a window remembers from one run to the next: its size, its style and its panels, and that it has welcomed the
-//! user. It is the table `[window]` of the settings file, which also has the favourites.
+//! What a window remembers from one run to the next: its size, its world, its style and its panels, and that it has
+//! welcomed the user. It is the table `[window]` of the settings file, which also has the favourites.
 
 use std::path::PathBuf;
 
@@ -18,6 +18,8 @@ pub(crate) struct Remembered {
     path: Option<PathBuf>,
     /// Size of the window in pixels.
     pub size_px: Option<[u32; 2]>,
+    /// The world: path of a file, an address, or the name of a built-in scene; `None` is the built-in world.
+    pub world: Option<String>,
     /// Name of a preset, or path of a style file.
     pub style: Option<String>,
     /// The text of the docked panels.
@@ -43,6 +45,7 @@ impl Remembered {
         });
         Self {
             size_px: sides.and_then(|sides| <[u32; 2]>::try_from(sides).ok()),
+            world: text("world"),
             style: text("style"),
             panels: text("panels"),
             is_welcomed: value("welcomed").and_then(Value::as_bool).unwrap_or_default(),
@@ -72,6 +75,7 @@ impl Remembered {
         let sides = |sides: [u32; 2]| Value::Array(sides.into_iter().map(i64::from).collect::<Array>());
         let values = [
             ("size", self.size_px.map(sides)),
+            ("world", self.world.as_deref().map(Value::from)),
             ("style", self.style.as_deref().map(Value::from)),
             ("panels", self.panels.as_deref().map(Value::from)),
             ("welcomed", Some(self.is_welcomed.into())),
@@ -81,6 +85,8 @@ impl Remembered {
                 // A comment above the key stays.
                 (Some(value), Some(there)) => *there = Item::Value(value),
                 (Some(value), None) => _ = table.insert(key, Item::Value(value)),
+                // Without a world, the next run opens the built-in one. Other keys keep what somebody else has written.
+                (None, Some(_)) if key == "world" => _ = table.remove(key),
                 (None, _) => {}
             }
         }
@@ -107,6 +113,7 @@ mod tests {
         assert_eq!(read().size_px, Some([640, 480]));
         let kept = Remembered {
             size_px: Some([1280, 800]),
+            world: Some("/a folder/alps.tif".to_owned()),
             style: Some("/a folder/my \"style\".toml".to_owned()),
             panels: Some("{\"tree\":[]}".to_owned()),
             is_welcomed: true,
@@ -116,6 +123,9 @@ mod tests {
         assert_eq!(read(), kept);
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("# mine\nfavourites = [\"pen\"] # two\n") && text.contains("# small"), "{text}");
+        // The built-in world replaces a file that was remembered.
+        Remembered { world: None, ..kept.clone() }.keep().unwrap();
+        assert_eq!(read(), Remembered { world: None, ..kept });
     }
 
     #[test]

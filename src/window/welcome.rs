@@ -25,6 +25,10 @@ pub(super) fn show(context: &egui::Context) -> bool {
                 ui.label(RichText::new("Welcome to hachure").heading().strong());
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     let button = ui.add(Button::new("Begin"));
+                    // Enter reaches the panels only if a widget has the focus.
+                    if ui.memory(|memory| memory.focused().is_none()) {
+                        button.request_focus();
+                    }
                     let has_key = ui.input(|input| input.key_pressed(Key::Escape) || input.key_pressed(Key::Enter));
                     let hint = "These sentences do not come again; the keys stay in the panel (Enter, Esc)";
                     is_closed = button.on_hover_text(hint).clicked() || has_key;
@@ -65,6 +69,7 @@ mod tests {
             let button = harness.get_by_label("Begin").rect();
             let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
             assert!(window.contains_rect(button), "{size}: {button}");
+            assert!(harness.get_by_label("Begin").is_focused(), "Enter does not close it");
             assert!(harness.query_by_label("gallery of styles").is_some());
             assert!(!*harness.state());
             harness.get_by_label("Begin").click();

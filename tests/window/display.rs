@@ -9,6 +9,9 @@ use geotiff_writer::{GeoTiffBuilder, ModelType};
 use hachure::file::png::{Picture, read_rgba8};
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
+use x11rb::connection::Connection as _;
+use x11rb::protocol::xproto::{ConnectionExt as _, ImageFormat};
+use x11rb::rust_connection::RustConnection;
 
 /// A loaded machine without a GPU is slow.
 const PATIENCE: Duration = Duration::from_secs(180);
@@ -53,6 +56,16 @@ impl Display {
     pub(crate) fn xdotool(&self, arguments: &[&str]) -> Option<String> {
         let output = Command::new("xdotool").args(arguments).env("DISPLAY", &self.name).output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    }
+
+    /// Returns what is shown in a part of the display, whose left top corner and size are given in pixels: red, green, blue
+    /// and alpha of each pixel.
+    pub(crate) fn pixels(&self, [left, top]: [i16; 2], [width, height]: [u16; 2]) -> Vec<u8> {
+        let (connection, screen) = RustConnection::connect(Some(&self.name)).unwrap();
+        let root = connection.setup().roots[screen].root;
+        let image = connection.get_image(ImageFormat::Z_PIXMAP, root, left, top, width, height, !0).unwrap();
+        let image = image.reply().unwrap();
+        image.data.chunks_exact(4).flat_map(|pixel| [pixel[2], pixel[1], pixel[0], 255]).collect()
     }
 
     pub(crate) fn key(&self, arguments: &[&str]) {
@@ -174,4 +187,9 @@ pub(crate) fn open_with(
     });
     display.key(&["windowfocus", &window]);
     (program, window)
+}
+
+/// Returns whether the long tests run, too.
+pub(crate) fn is_full() -> bool {
+    std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full")
 }

@@ -1,83 +1,14 @@
 //! A person at work, with real events of mouse and keyboard, at five frames a second and at one: no click is lost or
 //! misread.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use hachure::file::png::read_rgba8;
 
 use crate::display::{Display, can_run, open_with, until};
 use crate::drop;
-
-/// A widget as the window reports it.
-#[derive(Clone, Debug, PartialEq)]
-struct Widget {
-    /// Left, top, right and bottom in pixels of the window.
-    rect: [f64; 4],
-    role: String,
-    name: String,
-    value: String,
-}
-
-/// The window, and what it reports of itself.
-struct Person<'a> {
-    display: &'a Display,
-    window: String,
-    widgets: PathBuf,
-    frame: Duration,
-}
-
-impl Person<'_> {
-    fn all(&self) -> Vec<Widget> {
-        let text = std::fs::read_to_string(&self.widgets).unwrap_or_default();
-        let parse = |line: &str| {
-            let parts: Vec<&str> = line.split('\t').collect();
-            let [left, top, right, bottom, role, name, value] = parts[..] else { return None };
-            let side = |text: &str| text.parse::<f64>().ok();
-            Some(Widget {
-                rect: [side(left)?, side(top)?, side(right)?, side(bottom)?],
-                role: role.to_owned(),
-                name: name.to_owned(),
-                value: value.to_owned(),
-            })
-        };
-        text.lines().skip(1).filter_map(parse).collect()
-    }
-
-    /// Returns a widget when it is there and does not move any more: panels have their sizes after a few frames.
-    fn find(&self, role: &str, name: &str) -> Widget {
-        until(&format!("{role} {name}"), || {
-            let before = self.see(role, name)?;
-            std::thread::sleep(2 * self.frame + Duration::from_millis(100));
-            self.see(role, name).filter(|widget| *widget == before)
-        })
-    }
-
-    fn see(&self, role: &str, name: &str) -> Option<Widget> {
-        self.all().into_iter().find(|widget| widget.role == role && widget.name == name)
-    }
-
-    /// Moves the mouse to a place of the window.
-    fn point(&self, [x, y]: [f64; 2]) {
-        let [x, y] = [x, y].map(|side| side.round().to_string());
-        self.display.key(&["mousemove", "--window", &self.window, &x, &y]);
-    }
-
-    fn middle(widget: &Widget) -> [f64; 2] {
-        let [left, top, right, bottom] = widget.rect;
-        [0.5 * (left + right), 0.5 * (top + bottom)]
-    }
-
-    /// Clicks on a widget.
-    fn click(&self, role: &str, name: &str) {
-        self.point(Self::middle(&self.find(role, name)));
-        self.display.key(&["click", "1"]);
-    }
-
-    fn keys(&self, keys: &[&str]) {
-        self.display.key(&[&["key"], keys].concat());
-    }
-}
+use crate::person::Person;
 
 fn work_at(frame_ms: u64) {
     if !can_run() {

@@ -16,6 +16,20 @@ use crate::world::title;
 /// # Errors
 /// Fails if there is no display, if an input is invalid, or if the GPU fails.
 pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    fly(args, adapter, None)
+}
+
+/// Runs the command with the world of the last flight. If that cannot be opened any more, a warning says why, and the
+/// built-in world is opened.
+///
+/// # Errors
+/// Those of [`run`].
+pub(super) fn run_again(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    fly(args, adapter, Remembered::open().world)
+}
+
+/// Flies; `last_world` is opened in place of the world of the arguments if it can be.
+fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> anyhow::Result<()> {
     // Report errors before a window opens.
     args.stereo.check()?;
     if let Some(style) = &args.style {
@@ -32,6 +46,8 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let size_px = args.size.or(remembered.size_px).unwrap_or(SIZE_PX);
     let args = &FlyArgs { size: Some(size_px), ..args.clone() };
     let windowing = Windowing::new()?;
+    // Also before the window opens: it may take a while.
+    let (args, opened) = opened(args, last_world)?;
     let options = FlightOptions {
         name: title(args.world.name()),
         style: args.style.clone().or(last_style).unwrap_or_else(|| STYLE.to_owned()),
@@ -47,15 +63,27 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         follows_land: args.stereo.requests_nearest(),
         reach: Reach::trusting(args.world.trust_scene),
     };
-    // Also before the window opens: it may take a while.
-    let opened = OpenedWorld::new(args, &Bar::default())?;
     let heights = opened.heights();
     let mut more = like::of_world(&args.world);
     more.tile_memory = Some(args.tile_memory).filter(|mib| *mib != render::TILE_MEMORY_MIB);
-    let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
         let (world, start) = opened.on_gpu(&args, gpu, &Bar::default())?;
         Ok(FlightWorld::new(world, start, args.world.name.clone(), more, heights))
     };
     Ok(windowing.run(options, Box::new(open))?)
+}
+
+/// Opens the last world, or, if there is none or it cannot be opened, that of the arguments. Returns the arguments with
+/// the name of the world.
+fn opened(args: &FlyArgs, last_world: Option<String>) -> anyhow::Result<(FlyArgs, OpenedWorld)> {
+    let mut again = args.clone();
+    if last_world.is_some() {
+        again.world.name = last_world;
+        match again.world.check().and_then(|()| OpenedWorld::new(&again, &Bar::default())) {
+            Ok(opened) => return Ok((again, opened)),
+            Err(error) => tracing::warn!("{error:#}; that was the last world, so the built-in world is opened"),
+        }
+    }
+    let opened = OpenedWorld::new(args, &Bar::default())?;
+    Ok((args.clone(), opened))
 }

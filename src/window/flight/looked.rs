@@ -6,6 +6,7 @@ use super::Flight;
 use super::navigate::ANSWER_LOOK;
 use crate::gpu::target::Target;
 use crate::scene::stereo::Eyes;
+use crate::studio::recent;
 use crate::window::dock::Pane;
 use crate::window::inside::{Entry, Looked, entries};
 
@@ -58,7 +59,7 @@ impl Flight {
         }
     }
 
-    /// Remembers window, style and panels for the next run.
+    /// Remembers window, world, style and panels for the next run.
     pub(in crate::window) fn remember(&mut self) {
         if self.frames_left.is_some() {
             return;
@@ -70,6 +71,7 @@ impl Flight {
         if is_whole && !self.hidden {
             self.remembered.size_px = Some(self.screen.size_px());
         }
+        self.remembered.world = self.world.world.as_deref().and_then(recent::kept);
         self.remembered.style = Some(self.styles.lasting_name(self.settings.style));
         self.remembered.panels = self.dock.text();
         if let Err(error) = self.remembered.keep() {

@@ -1,0 +1,76 @@
+//! A person at the window, who sees where its widgets are.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::display::{Display, until};
+
+/// A widget as the window reports it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Widget {
+    /// Left, top, right and bottom in pixels of the window.
+    pub(crate) rect: [f64; 4],
+    role: String,
+    name: String,
+    pub(crate) value: String,
+}
+
+/// The window, and what it reports of itself.
+pub(crate) struct Person<'a> {
+    pub(crate) display: &'a Display,
+    pub(crate) window: String,
+    pub(crate) widgets: PathBuf,
+    pub(crate) frame: Duration,
+}
+
+impl Person<'_> {
+    fn all(&self) -> Vec<Widget> {
+        let text = std::fs::read_to_string(&self.widgets).unwrap_or_default();
+        let parse = |line: &str| {
+            let parts: Vec<&str> = line.split('\t').collect();
+            let [left, top, right, bottom, role, name, value] = parts[..] else { return None };
+            let side = |text: &str| text.parse::<f64>().ok();
+            Some(Widget {
+                rect: [side(left)?, side(top)?, side(right)?, side(bottom)?],
+                role: role.to_owned(),
+                name: name.to_owned(),
+                value: value.to_owned(),
+            })
+        };
+        text.lines().skip(1).filter_map(parse).collect()
+    }
+
+    /// Returns a widget when it is there and does not move any more: panels have their sizes after a few frames.
+    pub(crate) fn find(&self, role: &str, name: &str) -> Widget {
+        until(&format!("{role} {name}"), || {
+            let before = self.see(role, name)?;
+            std::thread::sleep(2 * self.frame + Duration::from_millis(100));
+            self.see(role, name).filter(|widget| *widget == before)
+        })
+    }
+
+    pub(crate) fn see(&self, role: &str, name: &str) -> Option<Widget> {
+        self.all().into_iter().find(|widget| widget.role == role && widget.name == name)
+    }
+
+    /// Moves the mouse to a place of the window.
+    pub(crate) fn point(&self, [x, y]: [f64; 2]) {
+        let [x, y] = [x, y].map(|side| side.round().to_string());
+        self.display.key(&["mousemove", "--window", &self.window, &x, &y]);
+    }
+
+    pub(crate) fn middle(widget: &Widget) -> [f64; 2] {
+        let [left, top, right, bottom] = widget.rect;
+        [0.5 * (left + right), 0.5 * (top + bottom)]
+    }
+
+    /// Clicks on a widget.
+    pub(crate) fn click(&self, role: &str, name: &str) {
+        self.point(Self::middle(&self.find(role, name)));
+        self.display.key(&["click", "1"]);
+    }
+
+    pub(crate) fn keys(&self, keys: &[&str]) {
+        self.display.key(&[&["key"], keys].concat());
+    }
+}
