@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Stdio;
 
-use crate::display::{Display, Running, can_run, hachure, open, until};
+use crate::display::{Display, Running, can_run, hachure, open, take_picture, until};
 
 /// Flies without arguments until the window has a title, which is returned with what was printed.
 fn titled(display: &Display, folder: &Path, arguments: &[&str]) -> (String, String) {
@@ -30,6 +30,8 @@ fn hachure_alone_opens_the_world_of_the_last_flight() {
     let folder = folder.path();
     let display = Display::open().expect("Xvfb must start");
     let (mut program, _) = open(&display, folder, &[]);
+    // The world is open when it is drawn.
+    take_picture(&display, folder);
     display.key(&["key", "Escape"]);
     display.key(&["key", "Escape"]);
     until("the end", || program.0.try_wait().unwrap());

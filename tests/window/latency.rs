@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::display::{Display, can_run, open_with};
+use crate::display::{Display, can_run, open_with, until};
 use crate::person::Person;
 
 /// A part of the picture that no panel covers: its left top corner and its size, in pixels.
@@ -47,13 +47,18 @@ fn an_edit_is_on_the_screen_within_two_frames_and_100_ms() {
     person.keys(&["h"]);
     person.keys(&["i"]);
     let [x, y] = Person::middle(&person.find("Slider", "Density"));
-    std::thread::sleep(Duration::from_secs(2));
     let picture = || display.pixels(PICTURE.0, PICTURE.1);
+    let is_at_rest = || {
+        let before = picture();
+        std::thread::sleep(2 * frame + Duration::from_secs(2));
+        picture() == before
+    };
+    until("rest", || is_at_rest().then_some(()));
 
     // Planted: a mouse that moves beside the slider changes nothing, so the time of an edit is not that of any event.
-    person.point([x, y + 300.0]);
+    person.point([x, y + 100.0]);
     let before = picture();
-    person.point([x + 9.0, y + 300.0]);
+    person.point([x + 9.0, y + 100.0]);
     std::thread::sleep(2 * frame + Duration::from_millis(300));
     assert!(picture() == before, "the picture is not at rest");
 
