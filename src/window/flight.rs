@@ -141,8 +141,8 @@ pub(super) struct Flight {
     wish: AdapterWish,
     browser: Browser,
     recent: Recent,
-    /// Keys that were pressed after a click that the panels have not seen yet.
-    delayed_keys: Vec<WindowEvent>,
+    /// Keys that were pressed after a click that the panels have not seen yet, and what came after them.
+    delayed: Vec<WindowEvent>,
     /// Files that were dropped since the last frame.
     dropped: Vec<PathBuf>,
     /// Which files a scene may name.
@@ -272,7 +272,7 @@ impl Flight {
             wish: options.adapter.clone(),
             browser: Browser::default(),
             recent: Recent::open(),
-            delayed_keys: Vec::new(),
+            delayed: Vec::new(),
             dropped: Vec::new(),
             reach: options.reach,
             adapter: gpu.description(),
@@ -368,7 +368,7 @@ impl Flight {
         self.stale |= drags | moves | self.follow_path(now, drags | moves);
         self.compare(self.input.compares());
         let painted = self.lay_panel_out()?;
-        if self.act_on_delayed_keys()? == Next::Quit {
+        if self.act_on_delayed()? == Next::Quit {
             return Ok(Next::Quit);
         }
         let rendered = self.stale || self.frames_left.is_some();

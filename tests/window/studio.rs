@@ -68,12 +68,28 @@ fn work_at(frame_ms: u64) {
 
     // A picture is exported: its size and its name are those of the dialog.
     person.keys(&["ctrl+e"]);
+    person.click("Button", "paper");
+    // Somebody types faster than frames are drawn: a click must not overtake the keys before it.
+    let [dots, title] = [("SpinButton", "Dots per inch"), ("TextInput", "Title below the picture")]
+        .map(|(role, name)| Person::middle(&person.find(role, name)));
+    person.point(dots);
+    display.key(&["click", "1"]);
+    person.keys(&["ctrl+a"]);
+    display.key(&["type", "--delay", "10", "40"]);
+    person.keys(&["Return"]);
+    person.point(title);
+    display.key(&["click", "1"]);
+    display.key(&["type", "--delay", "10", "My hill"]);
+    let value = |role, name| person.find(role, name).value;
+    until("the title", || (value("TextInput", "Title below the picture") == "My hill").then_some(()));
+    assert_eq!(value("SpinButton", "Dots per inch"), "40");
     let output = person.find("TextInput", "Path of the output").value;
     let output = folder.join(output);
     assert!(!output.exists(), "{output:?}");
     person.click("Button", "Export");
     let picture = until("the export", || read_rgba8(&output).ok());
-    assert!(picture.width == 900 && picture.height == 640, "{} {}", picture.width, picture.height);
+    // A3 at 40 dots per inch.
+    assert!(picture.width == 661 && picture.height == 468, "{} {}", picture.width, picture.height);
     // Planted: it is a picture of the new world in the new style, so its imprint names both.
     let imprint = crate::hachure(folder).args(["info", "--json"]).arg(&output).env("XDG_RUNTIME_DIR", folder).output();
     let imprint = String::from_utf8(imprint.unwrap().stdout).unwrap();

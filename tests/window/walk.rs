@@ -19,10 +19,12 @@ use crate::person::Person;
 const SIZE_PX: [u32; 2] = [960, 600];
 /// Longest time in which the poster is drawn without a GPU.
 const POSTER: Duration = Duration::from_secs(600);
+/// The part of the window that is filmed: its left top corner and its size.
+const FILM: ([i16; 2], [u16; 2]) = ([290, 0], [670, 420]);
 /// Frames per second of the film.
-const FPS: f64 = 8.0;
+const FPS: f64 = 6.0;
 /// Frames for which the film rests on what is read.
-const REST: usize = 10;
+const REST: usize = 8;
 
 /// The pictures that the walk takes of the window.
 struct Camera<'a> {
@@ -38,11 +40,12 @@ impl Camera<'_> {
         self.display.pixels([0, 0], [width, height])
     }
 
-    /// Waits until the window has not changed for three seconds, or for two minutes.
-    fn settle(&self) {
+    /// Waits until the window has not changed for some seconds, or for two minutes.
+    fn settle(&self, seconds: u64) {
+        let begun = Instant::now();
         let mut before = self.window();
-        for _ in 0..40 {
-            std::thread::sleep(Duration::from_secs(3));
+        while begun.elapsed() < Duration::from_secs(120) {
+            std::thread::sleep(Duration::from_secs(seconds));
             let now = self.window();
             if now == before {
                 return;
@@ -61,16 +64,17 @@ impl Camera<'_> {
         writer.finish().unwrap();
     }
 
-    /// Adds frames of what is shown to the film.
+    /// Adds frames of what is shown to the film: the inspector, and as much of the picture beside it.
     fn film(&mut self, frames: usize) {
-        let frame = self.window();
+        let frame = self.display.pixels(FILM.0, FILM.1);
         self.film.extend(std::iter::repeat_n(frame, frames));
     }
 
     fn write_film(&self, name: &str) {
         let Some(folder) = &self.folder else { return };
         let path = folder.join(format!("{name}.gif"));
-        let mut writer = GifWriter::create(&path, SIZE_PX, FrameRate::Number(FPS), &Notes::default()).unwrap();
+        let mut writer =
+            GifWriter::create(&path, FILM.1.map(u32::from), FrameRate::Number(FPS), &Notes::default()).unwrap();
         self.film.iter().for_each(|frame| writer.write_frame(frame).unwrap());
         writer.finish().unwrap();
     }
@@ -115,7 +119,7 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
 
     // The window says what can be done.
     person.find("Button", "Begin");
-    camera.settle();
+    camera.settle(2);
     camera.take("1-welcome");
     person.keys(&["Return"]);
     until("the end of the welcome", || person.see("Button", "Begin").is_none().then_some(()));
@@ -123,7 +127,7 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
     // All styles are seen, and one is chosen.
     person.click("Button", "Gallery");
     person.find("Button", "Style hachures");
-    camera.settle();
+    camera.settle(12);
     camera.take("2-gallery");
     person.click("Button", "Style pen");
     until("the style", || person.see("ComboBox", "Drawn style").filter(|list| list.value == "pen"));
@@ -135,15 +139,15 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
     person.find("Slider", "Density");
     person.keys(&["h"]);
     until("the hidden panel", || person.see("Button", "Export…").is_none().then_some(()));
-    camera.settle();
+    camera.settle(2);
     camera.film(REST);
     for (name, distance) in [("Density", 30.0), ("Weight", 22.0), ("Warmth", 34.0)] {
         let slider = person.find("Slider", name);
         let [x, y] = Person::middle(&slider);
         person.point([x, y]);
         display.key(&["mousedown", "1"]);
-        for step in 1..=6 {
-            person.point([x + distance * f64::from(step) / 6.0, y]);
+        for step in 1..=4 {
+            person.point([x + distance * f64::from(step) / 4.0, y]);
             std::thread::sleep(Duration::from_millis(700));
             camera.film(1);
         }
@@ -151,7 +155,7 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
         let value =
             until("the drag", || Some(person.find("Slider", name).value).filter(|value| *value != slider.value));
         assert!(value.parse::<f64>().unwrap() > 0.0, "{name}: {value}");
-        camera.settle();
+        camera.settle(2);
         camera.film(REST);
     }
     camera.take("3-controls");

@@ -63,31 +63,31 @@ impl Flight {
         if self.on_dropped(event) {
             return Ok(Next::Frame);
         }
-        if matches!(event, WindowEvent::KeyboardInput { .. } | WindowEvent::ModifiersChanged(_))
-            && (self.overlay.awaits_frame() || !self.delayed_keys.is_empty())
-        {
-            self.delayed_keys.push(event.clone());
+        let waits = is_key(event) && self.overlay.awaits_frame();
+        // A click must not overtake a key that waits.
+        if waits || !self.delayed.is_empty() && (is_key(event) || is_mouse(event)) {
+            self.delayed.push(event.clone());
             return Ok(Next::Frame);
         }
         self.on_input(event)
     }
 
-    /// Handles the keys that were pressed after a click, now that the panels have seen it.
+    /// Handles the keys that were pressed after a click, and what came after them, now that the panels have seen the
+    /// click. Keys after another click wait again.
     ///
     /// # Errors
     /// Fails if the GPU fails.
-    pub(super) fn act_on_delayed_keys(&mut self) -> Result<Next, WindowError> {
+    pub(super) fn act_on_delayed(&mut self) -> Result<Next, WindowError> {
         let mut next = Next::Sleep;
-        let mut keys = std::mem::take(&mut self.delayed_keys).into_iter();
-        while !self.overlay.awaits_frame() {
-            let Some(key) = keys.next() else { break };
-            match self.on_input(&key)? {
+        let mut events = std::mem::take(&mut self.delayed).into_iter().peekable();
+        while let Some(event) = events.next_if(|event| !is_key(event) || !self.overlay.awaits_frame()) {
+            match self.on_input(&event)? {
                 Next::Quit => return Ok(Next::Quit),
                 Next::Frame => next = Next::Frame,
                 Next::Sleep => {}
             }
         }
-        self.delayed_keys = keys.collect();
+        self.delayed = events.collect();
         self.inspector_is_old |= next == Next::Frame;
         Ok(next)
     }
@@ -386,4 +386,21 @@ impl Flight {
         let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..*terrain.options() };
         Shot { gpu: self.gpu.clone(), scene, store: Arc::clone(terrain.store()), options, imprint, eyes, pair }
     }
+}
+
+/// Returns whether the meaning of an event depends on which widget has the focus.
+fn is_key(event: &WindowEvent) -> bool {
+    matches!(event, WindowEvent::KeyboardInput { .. } | WindowEvent::ModifiersChanged(_) | WindowEvent::Ime(_))
+}
+
+fn is_mouse(event: &WindowEvent) -> bool {
+    use WindowEvent as Event;
+    matches!(
+        event,
+        Event::MouseInput { .. }
+            | Event::CursorMoved { .. }
+            | Event::CursorLeft { .. }
+            | Event::CursorEntered { .. }
+            | Event::MouseWheel { .. }
+    )
 }
