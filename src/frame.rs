@@ -103,6 +103,8 @@ pub struct Renderer {
     /// Time from one frame to the next, in seconds.
     step_s: f64,
     submits: Submits,
+    /// The sea of the last frame; `None` before the first.
+    sea_level_m: Option<Option<f64>>,
     /// Whether frames write the motion of each pixel even if the style does not need it.
     wants_motion: bool,
     /// Whether frames draw surface ids even if the world is only land.
@@ -179,6 +181,7 @@ impl Renderer {
             timer: Timer::new(gpu)?,
             step_s: STEP_S,
             submits: Submits::default(),
+            sea_level_m: None,
             wants_motion: false,
             wants_ids: false,
             wants_mark_sets: false,
@@ -391,7 +394,9 @@ impl Renderer {
         let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
         let wants_ids = self.wants_ids;
         let only_strokes = self.only_strokes;
-        let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
+        let sea_level_m = world.sea_level_m();
+        let sea_changes = self.sea_level_m.replace(sea_level_m).is_some_and(|before| before != sea_level_m);
+        let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late || sea_changes;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
         let changes = land_changes || strokes_settle || sways;

@@ -44,8 +44,9 @@ struct Forest {
     sways_m: f32,
     // 1: level land is water.
     level_is_water: u32,
-    padding_a: u32,
-    padding_b: u32,
+    // Height of the sea, in which no trees grow, in metres.
+    sea_m: f32,
+    padding: u32,
 }
 
 // Largest number of species of a forest.
@@ -143,6 +144,11 @@ fn hollow_at(site: Site) -> f32 {
     let level = min(rule_level + AROUND, f32(terrain.level_count - 1));
     let wide = surface_at(surface_near(site.g, as_far_as_there(level, place_on_level(i32(level), site.g), site.g)));
     return (wide.height_m - site.height_m) / RULE_M;
+}
+
+// Returns whether a site is in the sea that the scene names.
+fn is_sea(forest: Forest, site: Site) -> bool {
+    return site.height_m + camera_z_m() <= forest.sea_m;
 }
 
 // Returns whether a site is water. Lakes and the sea are level in elevation data wherever they are wider than the

@@ -212,6 +212,8 @@ fn settings(args: &BenchArgs, path: &CameraPath, path_text: &str) -> Settings {
         lod_error_px: args.lod_error,
         tile_memory_mib: args.tile_memory,
         exaggeration: args.world.exaggeration,
+        sea_level: args.world.land.sea_level.map(|level| level.to_string()),
+        trees: args.world.land.trees.map(|trees| trees.to_string()),
     }
 }
 

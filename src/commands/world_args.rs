@@ -4,10 +4,11 @@ use clap::Args;
 
 use super::arguments;
 use super::height_args::HeightArgs;
+use super::land_args::LandArgs;
 use super::light_args::LightArgs;
 use super::water_args::WaterArgs;
 use crate::scene::reach::Reach;
-use crate::scene::{Scene, ranges};
+use crate::scene::{Forest, Scene, ranges};
 use crate::world;
 
 /// The world that is drawn.
@@ -26,6 +27,9 @@ pub(crate) struct WorldArgs {
     /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
+    /// What is on the land.
+    #[command(flatten)]
+    pub land: LandArgs,
     /// Factor on all heights, about sea level (0 m), so that gentle land shows its form; contour lines of height keep
     /// their true heights [default: the scene's, or 1]
     #[arg(long, value_name = "FACTOR", value_parser = arguments::within(ranges::EXAGGERATION), allow_hyphen_values = true)]
@@ -57,9 +61,18 @@ impl WorldArgs {
     /// # Errors
     /// Fails if the scene file cannot be read or is invalid.
     pub(crate) fn scene(&self) -> anyhow::Result<Scene> {
+        self.scene_and_forest().map(|(scene, _)| scene)
+    }
+
+    /// Reads the scene like [`WorldArgs::scene`], and returns it with the forest that it has without `--trees`.
+    ///
+    /// # Errors
+    /// Those of [`WorldArgs::scene`].
+    pub(crate) fn scene_and_forest(&self) -> anyhow::Result<(Scene, Option<Forest>)> {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
-        let mut scene = self.water.over(self.light.over(self.heights.over(scene)));
+        let own_forest = scene.forest.clone();
+        let mut scene = self.land.over(self.water.over(self.light.over(self.heights.over(scene))));
         scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
-        Ok(scene)
+        Ok((scene, own_forest))
     }
 }

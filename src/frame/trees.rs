@@ -65,6 +65,7 @@ pub(super) fn see(
         terrain,
         forest,
         cover: world.forest_cover(),
+        sea_level_m: world.sea_level_m(),
         wind,
         to_sun: light.to_sun,
         has_shadows: style.needs_tree_shadows(),

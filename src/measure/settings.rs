@@ -35,6 +35,12 @@ pub(crate) struct Settings {
     /// Factor on heights (`--exaggeration`); null without the option.
     #[serde(default)]
     pub exaggeration: Option<f64>,
+    /// Height of the sea, or none (`--sea-level`); null without the option.
+    #[serde(default)]
+    pub sea_level: Option<String>,
+    /// Trees (`--trees`); null without the option.
+    #[serde(default)]
+    pub trees: Option<String>,
 }
 
 impl Settings {
@@ -75,6 +81,14 @@ impl Settings {
             let factor = |factor: Option<f64>| factor.map_or_else(|| "none".to_owned(), |factor| factor.to_string());
             conflicts.push(option("--exaggeration", &factor(old.exaggeration), &factor(self.exaggeration)));
         }
+        for (name, before, now) in
+            [("--sea-level", &old.sea_level, &self.sea_level), ("--trees", &old.trees, &self.trees)]
+        {
+            if before != now {
+                let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not given".to_owned());
+                conflicts.push(option(name, &value(before), &value(now)));
+            }
+        }
         conflicts
     }
 
@@ -99,9 +113,19 @@ impl Settings {
         let frames = self.frames.map_or_else(|| "in real time".to_owned(), |frames| format!("{frames} frames"));
         let Self { path, duration_s, lod_error_px, tile_memory_mib, .. } = self;
         let higher = self.exaggeration.map(|factor| format!(", heights × {factor}")).unwrap_or_default();
+        let sea = self.sea_level.as_ref().map(|level| match level.as_str() {
+            "none" => ", without a sea".to_owned(),
+            level => format!(", with a sea at {level} m"),
+        });
+        let trees = self.trees.as_ref().map(|trees| match trees.as_str() {
+            "off" => ", without trees".to_owned(),
+            "on" => ", with trees".to_owned(),
+            seed => format!(", with trees of seed {seed}"),
+        });
+        let land = [sea, trees].into_iter().flatten().collect::<String>();
         format!(
             "{}: {world} along {path} ({duration_s} s), {frames}, with an allowed error of {lod_error_px} px and \
-             {tile_memory_mib} MiB for tiles{higher}",
+             {tile_memory_mib} MiB for tiles{higher}{land}",
             self.program()
         )
     }
@@ -166,6 +190,9 @@ mod tests {
         assert!(conflicts(&|old| old.lod_error_px = 4.0).contains("with --lod-error 4, this one with --lod-error 1"));
         let higher = conflicts(&|old| old.exaggeration = Some(2.5));
         assert!(higher.contains("with --exaggeration 2.5, this one with --exaggeration none"), "{higher}");
+        let flooded = conflicts(&|old| old.sea_level = Some("12".to_owned()));
+        assert!(flooded.contains("with --sea-level 12, this one with --sea-level not given"), "{flooded}");
+        assert!(conflicts(&|old| old.trees = Some("off".to_owned())).contains("with --trees off, this one"));
         assert!(
             conflicts(&|old| old.tile_memory_mib = 64).contains("--tile-memory 64, this one with --tile-memory 512")
         );
@@ -196,6 +223,12 @@ mod tests {
         assert_eq!(settings().sentence(), sentence);
         let high = Settings { exaggeration: Some(2.0), ..settings() };
         assert!(high.sentence().ends_with("for tiles, heights × 2"), "{}", high.sentence());
+        let [sea_level, trees] = ["12", "7"].map(|value| Some(value.to_owned()));
+        let wet = Settings { sea_level, trees, ..settings() }.sentence();
+        assert!(wet.ends_with("for tiles, with a sea at 12 m, with trees of seed 7"), "{wet}");
+        let [sea_level, trees] = ["none", "off"].map(|value| Some(value.to_owned()));
+        let bare = Settings { sea_level, trees, ..settings() }.sentence();
+        assert!(bare.ends_with("for tiles, without a sea, without trees"), "{bare}");
         let real_time = Settings { frames: None, real_time: true, world: Some("a.tif".to_owned()), ..settings() };
         assert!(real_time.sentence().contains("a.tif along tour (30 s), in real time, "), "{}", real_time.sentence());
     }

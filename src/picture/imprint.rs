@@ -6,7 +6,7 @@
 //! that is not secret is stored.
 //!
 //! ```toml
-//! version = 1                  # of this format, from 1 to 6; a reader rejects newer ones
+//! version = 1                  # of this format, from 1 to 7; a reader rejects newer ones
 //! hachure = "0.1.0"            # version of the program that wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the built-in world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -115,6 +115,10 @@ pub struct More {
     pub exaggeration: Option<f64>,
     /// Value of `--haze`.
     pub haze: Option<f64>,
+    /// Value of `--sea-level`.
+    pub sea_level: Option<String>,
+    /// Value of `--trees`.
+    pub trees: Option<String>,
     /// Value of `--eyes`.
     pub eyes: Option<String>,
     /// Distance between the eyes.
@@ -154,16 +158,18 @@ pub struct More {
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
-    /// are read; 5 `exaggeration`; 6 `haze`.
+    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level` and `trees`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
+        const HAZY: u32 = 6;
         let reads_as_usual = self.height_scale.is_none()
             && self.height_offset.is_none()
             && self.height_unit.is_none()
             && self.tile_rows.is_none();
         match self {
-            _ if self.haze.is_some() => VERSION,
+            _ if self.sea_level.is_some() || self.trees.is_some() => VERSION,
+            _ if self.haze.is_some() => HAZY,
             _ if self.exaggeration.is_some() => EXAGGERATED,
             _ if !reads_as_usual => HEIGHTS,
             Self { frames: Some(_), .. } | Self { fps: Some(FrameRate::Fraction(..)), .. } => HEIGHTS,
@@ -204,6 +210,8 @@ impl More {
             encoding: _,
             height_unit: _,
             tile_rows: _,
+            sea_level: _,
+            trees: _,
             voids: _,
             eyes: _,
             ipd: _,

@@ -97,6 +97,8 @@ impl Forest {
     pub(crate) const MAX_TREES_PER_HA: f64 = 625.0;
     /// Largest number of species that a forest can have.
     pub(crate) const MAX_SPECIES: usize = 8;
+    /// The seed of a forest whose scene gives none.
+    pub(crate) const DEFAULT_SEED: u32 = 1;
 
     /// Returns the species that are models, each with its file.
     pub(crate) fn species_of_models(&self) -> impl Iterator<Item = (&Species, &TreeFile)> {
@@ -128,6 +130,24 @@ impl Forest {
     /// Returns the mean height of the tallest species, in metres.
     pub(crate) fn height_m(&self) -> f64 {
         self.species.iter().map(|species| species.height_m).fold(0.0, f64::max)
+    }
+}
+
+impl Default for Forest {
+    /// Returns the mixed forest of a scene whose table `[forest]` is empty.
+    fn default() -> Self {
+        Self {
+            seed: Self::DEFAULT_SEED,
+            trees_per_ha: 300.0,
+            // Higher than any land, so there is no tree line.
+            tree_line_m: HIGHEST_M,
+            raggedness_m: 80.0,
+            steepest_deg: 38.0,
+            level_is_water: true,
+            species: Species::mixed(DEFAULT_HEIGHT_M),
+            models: Vec::new(),
+            cover: CoverFiles::default(),
+        }
     }
 }
 
@@ -168,12 +188,13 @@ impl Species {
 }
 
 const HIGHEST_M: f64 = 1e6;
+/// Mean height of conifers in a scene that gives none, in metres.
+const DEFAULT_HEIGHT_M: f64 = 18.0;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ForestToml {
-    #[serde(default = "one")]
-    seed: u32,
+    seed: Option<u32>,
     trees_per_ha: Option<f64>,
     tree_line_m: Option<f64>,
     raggedness_m: Option<f64>,
@@ -224,10 +245,6 @@ enum FormToml {
     Snag,
 }
 
-fn one() -> u32 {
-    1
-}
-
 /// A key and what is wrong with its value.
 pub(super) type WrongKey = (String, String);
 
@@ -251,7 +268,7 @@ impl ForestToml {
     /// The first wrong key.
     pub(super) fn checked(&self, scene: &Path) -> Result<Forest, WrongKey> {
         let number = |key, value, default, range| within("forest.", key, value, default, range);
-        let height_m = number("height_m", self.height_m, 18.0, 0.01..=1000.0)?;
+        let height_m = number("height_m", self.height_m, DEFAULT_HEIGHT_M, 0.01..=1000.0)?;
         if self.species.len() > Forest::MAX_SPECIES {
             return Err(("forest.species".to_owned(), format!("at most {} are allowed", Forest::MAX_SPECIES)));
         }
@@ -266,13 +283,18 @@ impl ForestToml {
         let species = if own.is_empty() { Species::mixed(height_m) } else { own };
         let Self { mask, land_cover, canopy_height, classes, .. } = self;
         let cover = CoverToml { mask, land_cover, canopy_height, classes }.checked(scene, &species)?;
+        let usual = Forest::default();
         Ok(Forest {
-            seed: self.seed,
-            trees_per_ha: number("trees_per_ha", self.trees_per_ha, 300.0, 0.0..=Forest::MAX_TREES_PER_HA)?,
-            // Higher than any land, so there is no tree line.
-            tree_line_m: number("tree_line_m", self.tree_line_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?,
-            raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,
-            steepest_deg: number("steepest_deg", self.steepest_deg, 38.0, 1.0..=89.0)?,
+            seed: self.seed.unwrap_or(usual.seed),
+            trees_per_ha: number(
+                "trees_per_ha",
+                self.trees_per_ha,
+                usual.trees_per_ha,
+                0.0..=Forest::MAX_TREES_PER_HA,
+            )?,
+            tree_line_m: number("tree_line_m", self.tree_line_m, usual.tree_line_m, -HIGHEST_M..=HIGHEST_M)?,
+            raggedness_m: number("raggedness_m", self.raggedness_m, usual.raggedness_m, 0.0..=10_000.0)?,
+            steepest_deg: number("steepest_deg", self.steepest_deg, usual.steepest_deg, 1.0..=89.0)?,
             level_is_water: self.level_ground == LevelGroundToml::Water,
             species,
             models,

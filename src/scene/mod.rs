@@ -12,6 +12,7 @@ pub mod look;
 pub mod map;
 pub(crate) mod mesh_list;
 pub(crate) mod meshes;
+pub(crate) mod overrides;
 pub mod path;
 pub(crate) mod ranges;
 pub mod reach;

@@ -119,6 +119,10 @@ pub(crate) const STAND_DISTANCE_M: NumberRange = NumberRange::Within(0.01, 1e7);
 pub(crate) const EXAGGERATION: NumberRange = NumberRange::Above0To(1000.0);
 /// Distance at which haze has taken 63 % of the contrast, in metres.
 pub(crate) const HAZE_M: NumberRange = NumberRange::Above0;
+/// Height of the sea, in metres.
+pub(crate) const SEA_LEVEL_M: NumberRange = NumberRange::Within(-12_000.0, 9000.0);
+/// Seed of a random generator.
+pub(crate) const SEED: NumberRange = NumberRange::Whole(0, u32::MAX as u64);
 /// Elevation of the sun, in degrees.
 pub(crate) const ELEVATION_DEG: NumberRange = NumberRange::Within(-90.0, 90.0);
 
@@ -149,6 +153,8 @@ mod tests {
             STAND_DISTANCE_M,
             EXAGGERATION,
             HAZE_M,
+            SEA_LEVEL_M,
+            SEED,
             ELEVATION_DEG,
         ];
         for range in ranges {

@@ -358,7 +358,7 @@ impl Scene {
         if let Some(wind) = &file.wind {
             scene.wind = wind.checked().map_err(|(key, cause)| wrong(&key, &cause))?;
         }
-        if file.water.sea_level_m.is_some_and(|level_m| !(-12_000.0..=9_000.0).contains(&level_m)) {
+        if file.water.sea_level_m.is_some_and(|level_m| !ranges::SEA_LEVEL_M.holds(level_m)) {
             return Err(wrong("water.sea_level_m", "it must be between -12000 and 9000"));
         }
         scene.sea_level_m = file.water.sea_level_m;

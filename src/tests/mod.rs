@@ -69,6 +69,7 @@ mod rig;
 mod rims;
 mod rows;
 mod scene;
+mod sea;
 mod selection;
 mod shaders;
 mod shared_structs;

@@ -42,6 +42,7 @@ use super::gallery::thumbnails::Thumbnails;
 use super::input::Input;
 use super::inside::Inside;
 use super::inspector::{Inspector, Shown as InspectorShown};
+use super::land_panel::LandPanel;
 use super::light::LightPanel;
 use super::open_dialog::OpenDialog;
 use super::opening::{self, Parts};
@@ -122,7 +123,8 @@ pub(super) struct Flight {
     navigation: Navigation,
     touch: Touch,
     light_panel: LightPanel,
-    /// The land with another exaggeration, while it is being read.
+    land_panel: LandPanel,
+    /// The land with another exaggeration or other trees, while it is being read.
     reopening: Option<Reopening>,
     /// The camera path that is being read.
     reading: Option<Reading>,
@@ -239,6 +241,8 @@ impl Flight {
             sun: world.sun,
             haze_m: world.light.haze_m,
             exaggeration: world.surfaces.exaggeration(),
+            sea_level_m: world.scene.sea_level_m,
+            tree_seed: world.tree_seed(),
             focus: world.scene.focus,
             eyes: options.eyes,
             pair: options.pair,
@@ -280,6 +284,7 @@ impl Flight {
             camera: start.clone(),
             start,
             light_panel: LightPanel::new(earth),
+            land_panel: world.land_panel(),
             reopening: None,
             proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
@@ -510,7 +515,8 @@ impl Flight {
                 Pane::View => {}
                 Pane::Flight => {
                     let (settings, camera) = (&mut self.settings, &mut self.camera);
-                    requests = panel::show(ui, &stats, &self.styles, settings, camera, &mut self.light_panel);
+                    let light_and_land = (&mut self.light_panel, &mut self.land_panel);
+                    requests = panel::show(ui, &stats, &self.styles, settings, camera, light_and_land);
                 }
                 Pane::Style => {
                     if let Some(document) = self.styles.document(settings_before.style) {
@@ -609,7 +615,7 @@ impl Flight {
         if requests.light.place_focus {
             self.place_focus();
         }
-        self.follow_exaggeration();
+        self.follow_land();
         if requests.restart {
             self.restart();
         }

@@ -1,11 +1,11 @@
-//! The controls of light and land in the panel: the light rose, the sun by date and time, haze, focus, exaggeration.
+//! The controls of light in the panel: the light rose, the sun by date and time, haze, focus.
 
 use egui::{Color32, Pos2, RichText, Sense, Slider, Ui, Vec2};
 
 use super::panel::{WARNING, labelled};
 use super::settings::Settings;
 use crate::scene::sun_time::{LatLon, Moment};
-use crate::scene::{Sun, SunTime, ranges};
+use crate::scene::{Sun, SunTime};
 use crate::source::EarthPlace;
 
 /// Side of the light rose, in points.
@@ -48,12 +48,6 @@ impl LightPanel {
         labelled(ui, "Sun elevation", "Elevation above the horizon (--sun)", slider);
         self.date(ui, &mut settings.sun);
         haze(ui, settings);
-        let slider = Slider::new(&mut settings.exaggeration, 0.2..=10.0).logarithmic(true).suffix(" ×").max_decimals(2);
-        let slider = slider.clamping(egui::SliderClamping::Never);
-        labelled(ui, "Exaggeration", "Factor on all heights (--exaggeration); the land is read again", slider);
-        if !ranges::EXAGGERATION.holds(settings.exaggeration) {
-            settings.exaggeration = 1.0;
-        }
         focus(ui, settings)
     }
 

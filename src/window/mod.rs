@@ -23,6 +23,7 @@ mod input;
 mod inside;
 mod inspector;
 mod keys;
+mod land_panel;
 mod light;
 mod open_dialog;
 mod opening;
@@ -54,6 +55,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use winit::event_loop::EventLoop;
 
+use self::land_panel::LandPanel;
 use self::remembered::Remembered;
 use crate::file::FileError;
 use crate::frame::{Antialias, Light};
@@ -64,7 +66,7 @@ use crate::pyramid::TileStore;
 use crate::scene::camera::Camera;
 use crate::scene::reach::Reach;
 use crate::scene::stereo::{Eyes, Pair};
-use crate::scene::{Scene, Sun};
+use crate::scene::{Forest, Scene, Sun};
 use crate::style::StyleError;
 use crate::world::{OpenWorld, Surfaces};
 
@@ -122,24 +124,26 @@ pub(crate) struct FlightWorld {
     pub world: Option<String>,
     /// The options of the world, for the imprints of pictures.
     pub more: More,
-    /// The tiles without exaggeration.
-    pub heights: Arc<dyn TileStore>,
+    /// What stays while exaggeration and trees change.
+    pub lasting: Lasting,
     /// The scene of the world.
     pub scene: Scene,
     /// West and south, east and north of the heights, in metres.
     pub data_corners_m: [DVec2; 2],
 }
 
+/// What stays of a world while its exaggeration and its trees change.
+pub(crate) struct Lasting {
+    /// The tiles without exaggeration.
+    pub heights: Arc<dyn TileStore>,
+    /// The forest of the scene, whether or not it is drawn.
+    pub own_forest: Option<Forest>,
+}
+
 impl FlightWorld {
     /// Creates the world of a flight. `name` is the world's name as it was given, and `more` has its options; `start` is
-    /// the first camera, and `heights` are the tiles without exaggeration.
-    pub(crate) fn new(
-        world: OpenWorld,
-        start: Camera,
-        name: Option<String>,
-        more: More,
-        heights: Arc<dyn TileStore>,
-    ) -> Self {
+    /// the first camera, and `lasting` is what stays while exaggeration and trees change.
+    pub(crate) fn new(world: OpenWorld, start: Camera, name: Option<String>, more: More, lasting: Lasting) -> Self {
         let data_corners_m = world
             .data_extent_m()
             .map(|[west, south, east, north]| [DVec2::new(west, south), DVec2::new(east, north)])
@@ -149,13 +153,27 @@ impl FlightWorld {
             name: crate::world::title(name.as_deref()),
             world: name,
             more,
-            heights,
+            lasting,
             light: world.light(),
             sun: world.scene.sun,
             start,
             scene: world.scene,
             surfaces: world.surfaces,
         }
+    }
+}
+
+impl FlightWorld {
+    /// Returns the seed of the forest that is drawn, if there is one.
+    fn tree_seed(&self) -> Option<u32> {
+        self.scene.forest.as_ref().map(|forest| forest.seed)
+    }
+
+    /// Returns the controls of the panel for this land.
+    fn land_panel(&self) -> LandPanel {
+        let factor = self.surfaces.exaggeration();
+        let range_m = self.surfaces.terrain.range_m().map(|height_m| f64::from(height_m) / factor);
+        LandPanel::new(range_m, self.lasting.own_forest.as_ref())
     }
 }
 

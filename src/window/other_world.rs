@@ -3,9 +3,9 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::FlightWorld;
 use super::background::{Background, NoResult};
 use super::works::Work;
+use super::{FlightWorld, Lasting};
 use crate::file::message::{chain, named};
 use crate::frame::{self, Light};
 use crate::gpu::Gpu;
@@ -86,7 +86,8 @@ fn open(wanted: Wanted, work: &Work) -> Result<FlightWorld, String> {
     world.ground_was_read().map_err(|error| chain(&error))?;
     let more = More { tile_memory: tile_memory_mib, ..More::default() };
     let (pose, light) = (world.pose(&start), world.light());
-    let mut world = FlightWorld::new(world, start, name, more, heights);
+    let lasting = Lasting { heights, own_forest: world.scene.forest.clone() };
+    let mut world = FlightWorld::new(world, start, name, more, lasting);
     let rig = Rig::mono(View::whole(pose, pose, size_px));
     work.report_tiles();
     settle(&gpu, &mut world.surfaces, &rig, &style, &light, || work.is_cancelled());

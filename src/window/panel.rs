@@ -8,6 +8,7 @@ use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 use super::dock::Pane;
 use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_FACTORS};
 use super::keys;
+use super::land_panel::LandPanel;
 use super::light::{LightPanel, LightRequests};
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
@@ -112,7 +113,7 @@ pub(super) fn show(
     styles: &Styles,
     settings: &mut Settings,
     camera: &mut FlyCamera,
-    light: &mut LightPanel,
+    (light, land): (&mut LightPanel, &mut LandPanel),
 ) -> PanelRequests {
     let mut requests = PanelRequests::default();
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -121,6 +122,8 @@ pub(super) fn show(
         section(ui, "Performance", true, |ui| performance(ui, stats));
         section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
         section(ui, "Light", false, |ui| requests.light = light.show(ui, settings, camera.yaw_deg));
+        let draws_water = styles.list()[settings.style].water().is_some();
+        section(ui, "Land", false, |ui| land.show(ui, settings, draws_water));
         section(ui, "Keys", false, |ui| {
             keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
         });

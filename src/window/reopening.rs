@@ -1,4 +1,5 @@
-//! Reads the land again with another exaggeration, in the background, while the window shows the present land.
+//! Reads the land again with another exaggeration, or with trees whose files have not been read, in the background, while
+//! the window shows the present land.
 
 use std::sync::Arc;
 
@@ -7,8 +8,8 @@ use super::other_world::settle;
 use crate::frame::Light;
 use crate::gpu::Gpu;
 use crate::pyramid::TileStore;
-use crate::scene::Scene;
 use crate::scene::view::Rig;
+use crate::scene::{Forest, Scene};
 use crate::source::Silent;
 use crate::style::Style;
 use crate::tiles::terrain::TerrainOptions;
@@ -18,7 +19,7 @@ use crate::world::{OpenWorld, Surfaces, exaggerated};
 pub(super) struct Wanted {
     /// The device of the window.
     pub gpu: Gpu,
-    /// The scene, with the new exaggeration.
+    /// The scene, with the new exaggeration and forest.
     pub scene: Scene,
     /// The tiles without exaggeration.
     pub heights: Arc<dyn TileStore>,
@@ -36,6 +37,8 @@ pub(super) struct Wanted {
 pub(super) struct Reopening {
     /// Its exaggeration.
     pub factor: f64,
+    /// Its forest, without exaggeration.
+    pub forest: Option<Forest>,
     done: Background<Result<Surfaces, String>>,
 }
 
@@ -43,7 +46,8 @@ impl Reopening {
     /// Begins to read the land, and calls `wake` when it is there.
     pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + 'static) -> Self {
         let factor = wanted.scene.vertical_exaggeration;
-        Self { factor, done: Background::start("heights", move || read(wanted), wake) }
+        let forest = wanted.scene.forest.clone();
+        Self { factor, forest, done: Background::start("heights", move || read(wanted), wake) }
     }
 
     /// Takes the land, or why it could not be read; `None` while it is being read.

@@ -34,6 +34,10 @@ pub(super) struct Settings {
     pub haze_m: f64,
     /// Factor on all heights; the land follows once it is read again.
     pub exaggeration: f64,
+    /// Height of the sea, if there is one: land at or below it is water.
+    pub sea_level_m: Option<f64>,
+    /// Seed of the forest, if there are trees; the land follows once no control is dragged.
+    pub tree_seed: Option<u32>,
     /// The area of full contrast, if the scene or the user places one.
     pub focus: Option<SceneFocus>,
     /// Eyes that are shown.
@@ -204,8 +208,22 @@ pub(super) mod tests {
         let sun = Sun::default();
         let antialias = Antialias::None;
         let (style, scale, lod_error_px, haze_m, follows_land) = (0, 0, 1.0, 1000.0, false);
-        let (exaggeration, focus) = (1.0, None);
-        Settings { style, scale, antialias, lod_error_px, sun, haze_m, exaggeration, focus, eyes, pair, follows_land }
+        let (exaggeration, focus, sea_level_m, tree_seed) = (1.0, None, None, None);
+        Settings {
+            style,
+            scale,
+            antialias,
+            lod_error_px,
+            sun,
+            haze_m,
+            exaggeration,
+            sea_level_m,
+            tree_seed,
+            focus,
+            eyes,
+            pair,
+            follows_land,
+        }
     }
 
     #[test]

@@ -104,6 +104,13 @@ impl Surfaces {
         self.forest_cover = cover;
     }
 
+    /// Returns whether everything that a forest needs from files has been read.
+    #[cfg(feature = "window")]
+    pub(crate) fn has_files_of(&self, forest: &Forest) -> bool {
+        let has_cover = forest.cover.files().next().is_none() || self.forest_cover.is_some();
+        has_cover && forest.models.len() <= self.tree_models.len()
+    }
+
     /// Returns the models of the trees, in the order of the forest ([`Forest::models`]).
     pub(crate) fn tree_models(&self) -> &[Arc<TreeModel>] {
         &self.tree_models

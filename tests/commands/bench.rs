@@ -59,7 +59,10 @@ fn is_null(value: &Value, name: &str) -> Result<(), String> {
 fn check_schema(report: &Value) -> Result<(), String> {
     keys(report, &["adapter", "size", "world", "settings", "runs", "comparison"])?;
     let settings = ["version", "program_crc32", "world", "path", "path_crc32", "duration_s", "frames", "real_time"];
-    keys(&report["settings"], &[&settings[..], &["exaggeration", "lod_error_px", "tile_memory_mib"]].concat())?;
+    keys(
+        &report["settings"],
+        &[&settings[..], &["exaggeration", "sea_level", "trees", "lod_error_px", "tile_memory_mib"]].concat(),
+    )?;
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is not a list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];

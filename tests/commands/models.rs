@@ -61,7 +61,8 @@ fn trees_of_a_forest_are_listed_and_read() {
     assert!(default.contains("species   broadleaf, 15.3 m tall, share 3\n"), "{default}");
     assert!(default.contains("haze      0.45 of the diagonal of the extent, at most 30 km\n"), "{default}");
     assert!(
-        printed.contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water\n"),
+        printed
+            .contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water; seed 1\n"),
         "{printed}"
     );
     // Planted error: other rules, and wind, which must be printed.
@@ -76,7 +77,7 @@ fn trees_of_a_forest_are_listed_and_read() {
     let other = String::from_utf8(place.hachure(&["info", "b.toml"]).stdout).unwrap();
     assert!(
         other.contains(
-            "forest    at most 20 trees per hectare below 900 m, on slopes up to 38°; level ground is land\n"
+            "forest    at most 20 trees per hectare below 900 m, on slopes up to 38°; level ground is land; seed 1\n"
         ),
         "{other}"
     );

@@ -21,7 +21,7 @@
 #import hachure::earth::bend
 #import hachure::pcg::pcg
 #import hachure::tree_ranks::{chosen_tile, rank_of}
-#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MAX_SPECIES, TreeRules}
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_sea, is_still_water, density_of, suits, MAX_SPECIES, TreeRules}
 #import hachure::surface_id::FIRST_TREE
 #import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, SHADOW_PX, HAS_STROKES, INSTANCES_OF_TREE, NO_LIST, list_of, list_of_shadows, place_on_tree}
 #import hachure::tree_depth::{NEARER, MAX_NEARER, TILE_PX}
@@ -222,7 +222,7 @@ fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint, number: u32) 
         return;
     }
     let site = site_at(xy_m);
-    if !has_land(site.g) {
+    if !has_land(site.g) || is_sea(forest, site) {
         return;
     }
     let density = density_of(forest, site, stray(forest.seed, tile, point.at)) * f32(said.x) / 255.0;

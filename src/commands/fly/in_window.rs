@@ -8,7 +8,7 @@ use crate::commands::render::{self, like};
 use crate::gpu::device::AdapterWish;
 use crate::scene::reach::Reach;
 use crate::window::remembered::Remembered;
-use crate::window::{FlightOptions, FlightWorld, Windowing};
+use crate::window::{FlightOptions, FlightWorld, Lasting, Windowing};
 use crate::world::title;
 
 /// Runs the command.
@@ -63,12 +63,12 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
         follows_land: args.stereo.requests_nearest(),
         reach: Reach::trusting(args.world.trust_scene),
     };
-    let heights = opened.heights();
+    let (heights, own_forest) = (opened.heights(), opened.own_forest());
     let mut more = like::of_world(&args.world);
     more.tile_memory = Some(args.tile_memory).filter(|mib| *mib != render::TILE_MEMORY_MIB);
     let open = move |gpu: &crate::gpu::Gpu| {
         let (world, start) = opened.on_gpu(&args, gpu, &Bar::default())?;
-        Ok(FlightWorld::new(world, start, args.world.name.clone(), more, heights))
+        Ok(FlightWorld::new(world, start, args.world.name.clone(), more, Lasting { heights, own_forest }))
     };
     Ok(windowing.run(options, Box::new(open))?)
 }

@@ -7,8 +7,8 @@ use glam::DVec2;
 use super::FlyArgs;
 use crate::gpu::Gpu;
 use crate::pyramid::TileStore;
-use crate::scene::Scene;
 use crate::scene::camera::Camera;
+use crate::scene::{Forest, Scene};
 use crate::source::Progress;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::world::{self, OpenWorld};
@@ -16,6 +16,9 @@ use crate::world::{self, OpenWorld};
 /// A scene with the tiles of its land.
 pub(super) struct OpenedWorld {
     scene: Scene,
+    /// The scene's forest without `--trees`.
+    #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only a window plants another forest"))]
+    own_forest: Option<Forest>,
     /// The tiles without exaggeration.
     heights: Arc<dyn TileStore>,
     store: Arc<dyn TileStore>,
@@ -26,18 +29,24 @@ pub(super) struct OpenedWorld {
 impl OpenedWorld {
     /// Opens the world of the arguments. A DEM that is opened for the first time takes a while to bake.
     pub(super) fn new(args: &FlyArgs, progress: &dyn Progress) -> anyhow::Result<Self> {
-        let scene = args.world.scene()?;
+        let (scene, own_forest) = args.world.scene_and_forest()?;
         let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
         let heights = world::open_store(&true_to_scale, progress)?;
         let store = world::exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);
         let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
-        Ok(Self { scene, heights, store, looked_at_m })
+        Ok(Self { scene, own_forest, heights, store, looked_at_m })
     }
 
     /// Returns the tiles without exaggeration.
     #[cfg(feature = "window")]
     pub(super) fn heights(&self) -> Arc<dyn TileStore> {
         Arc::clone(&self.heights)
+    }
+
+    /// Returns the scene's forest without `--trees`.
+    #[cfg(feature = "window")]
+    pub(super) fn own_forest(&self) -> Option<Forest> {
+        self.own_forest.clone()
     }
 
     /// Puts the world onto a GPU, and returns it with the camera at the start.

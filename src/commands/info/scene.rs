@@ -49,6 +49,7 @@ struct WindInfo {
 /// The rules of a scene's forest.
 #[derive(Serialize)]
 struct ForestInfo {
+    seed: u32,
     trees_per_ha: f64,
     /// Height of the tree line; `None` if the scene has no tree line.
     tree_line_m: Option<f64>,
@@ -288,6 +289,7 @@ impl ForestInfo {
             Some(GrownInfo { form, height_m: species.height_m, share: species.share })
         };
         Self {
+            seed: forest.seed,
             trees_per_ha: forest.trees_per_ha,
             tree_line_m: forest.has_tree_line().then_some(forest.tree_line_m),
             steepest_deg: forest.steepest_deg,
@@ -297,14 +299,14 @@ impl ForestInfo {
     }
 
     fn lines(&self) -> String {
-        let Self { trees_per_ha, tree_line_m, steepest_deg, level_ground, grown } = self;
+        let Self { seed, trees_per_ha, tree_line_m, steepest_deg, level_ground, grown } = self;
         let below = tree_line_m.map(|line_m| format!(" below {line_m} m")).unwrap_or_default();
         let species = grown.iter().map(|GrownInfo { form, height_m, share }| {
             format!("species   {form}, {} m tall, share {share}\n", rounded(*height_m))
         });
         format!(
             "forest    at most {trees_per_ha} trees per hectare{below}, on slopes up to {steepest_deg}°; level ground is \
-             {level_ground}\n{}",
+             {level_ground}; seed {seed}\n{}",
             species.collect::<String>()
         )
     }

@@ -52,6 +52,9 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     all.world.exaggeration = all.world.exaggeration.or(more.exaggeration);
     all.world.light.haze = all.world.light.haze.or(more.haze);
     all.world.water.water = all.world.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
+    let land = &mut all.world.land;
+    land.sea_level = parsed_or(land.sea_level, more.sea_level.as_deref(), "sea_level")?;
+    land.trees = parsed_or(land.trees, more.trees.as_deref(), "trees")?;
     all.world.light.focus = parsed_or(all.world.light.focus, more.focus.as_deref(), "focus")?;
     if all.size.is_none() {
         // A higher resolution means more pixels: the size of the print stays the same.
@@ -179,6 +182,8 @@ pub(crate) fn of_world(world: &WorldArgs) -> More {
         haze: world.light.haze,
         water: world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned()),
         exaggeration: world.exaggeration,
+        sea_level: world.land.sea_level.map(|level| level.to_string()),
+        trees: world.land.trees.map(|trees| trees.to_string()),
         ..More::default()
     }
 }

@@ -33,6 +33,8 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         tile_rows,
         exaggeration,
         haze,
+        sea_level,
+        trees,
         eyes,
         ipd,
         convergence,
@@ -54,6 +56,8 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     } = more;
     add("exaggeration", number(*exaggeration));
     add("haze", number(*haze));
+    add("sea-level", sea_level.clone());
+    add("trees", trees.clone());
     add("focus", focus.clone());
     add("water", water.clone());
     add("encoding", encoding.clone());

@@ -27,6 +27,7 @@ use crate::scene::forest::Species;
 use crate::scene::view::View;
 use crate::scene::{CoverFiles, Forest, Wind};
 use crate::tiles::Terrain;
+use crate::tiles::water_maps::NO_SEA_M;
 
 /// Largest number of trees that may be drawn for an eye, and so the capacity of each list. If there would be more,
 /// thinning begins nearer to the eye.
@@ -75,6 +76,8 @@ pub(crate) struct Inputs<'a> {
     pub forest: &'a Forest,
     /// Rasters of land classes and canopy heights.
     pub cover: Option<&'a Arc<Cover>>,
+    /// Height of the sea, if there is one, in metres.
+    pub sea_level_m: Option<f64>,
     /// The wind, if it blows.
     pub wind: Option<Wind>,
     /// Unit vector toward the sun, in world space.
@@ -113,8 +116,21 @@ fn shadow_reach(to_sun: DVec3) -> f64 {
 
 /// Selects the trees of a forest that an eye sees.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
-    let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, depth, tile_depth, detail } =
-        inputs;
+    let &Inputs {
+        view,
+        eye,
+        origin_m,
+        terrain,
+        forest,
+        cover,
+        sea_level_m,
+        wind,
+        to_sun,
+        has_shadows,
+        depth,
+        tile_depth,
+        detail,
+    } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
     // A raster may give trees more than their species' mean height.
@@ -162,6 +178,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
         to_sun: to_sun.as_vec3().to_array(),
         shadow_reach: shadow_reach as f32,
         level_is_water: forest.level_is_water.into(),
+        sea_m: sea_level_m.map_or(NO_SEA_M, |level_m| level_m as f32),
         ..ForestUniform::default()
     };
     let records = species_records(forest, trees);

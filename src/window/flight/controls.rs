@@ -10,6 +10,7 @@ use super::compare::Compared;
 use super::{Flight, Next};
 use crate::frame::Renderer;
 use crate::picture::imprint::Imprint;
+use crate::scene::overrides::SeaLevel;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::View;
 use crate::scene::{Scene, SceneFocus};
@@ -350,7 +351,7 @@ impl Flight {
 
     /// Returns a picture of what is shown, with all that it depends on.
     pub(super) fn shot(&self) -> Shot {
-        let Settings { sun, eyes, pair, haze_m, focus, .. } = self.settings;
+        let Settings { sun, eyes, pair, haze_m, sea_level_m, focus, .. } = self.settings;
         let terrain = &self.world.surfaces.terrain;
         let mut more = self.world.more.clone();
         more.samples = Some(self.settings.samples()).filter(|samples| *samples != 1);
@@ -366,6 +367,10 @@ impl Flight {
         if haze_m != self.world.light.haze_m {
             more.haze = Some(haze_m);
             scene.haze.distance_m = Some(haze_m);
+        }
+        if sea_level_m != scene.sea_level_m {
+            more.sea_level = Some(SeaLevel::of(sea_level_m).to_string());
+            scene.sea_level_m = sea_level_m;
         }
         if focus != scene.focus {
             // Without strength, the focus of the scene is gone.

@@ -1,12 +1,14 @@
-//! Changes of the land and of its light during a flight: exaggeration and focus.
+//! Changes of the land and of its light during a flight: exaggeration, sea, trees and focus.
 
 use glam::DVec3;
 
 use super::{Flight, TOAST};
+use crate::scene::overrides::Trees;
 use crate::scene::view::{Rig, View};
-use crate::scene::{Scene, SceneFocus};
+use crate::scene::{Forest, Scene, SceneFocus};
 use crate::tiles::terrain::TerrainOptions;
 use crate::window::reopening::{Reopening, Wanted};
+use crate::window::settings::Settings;
 use crate::window::toasts::About;
 
 /// Radius of a new focus, as a part of its distance from the camera.
@@ -15,11 +17,22 @@ const FOCUS_PART: f64 = 0.25;
 const FOCUS_STRENGTH: f64 = 0.7;
 
 impl Flight {
-    /// Begins to read the land again if another exaggeration is wanted, and no control is being dragged.
-    pub(super) fn follow_exaggeration(&mut self) {
-        let wanted = self.settings.exaggeration;
+    /// Draws the sea and the trees that the settings say. Begins to read the land again if another exaggeration is wanted,
+    /// or trees whose files have not been read. Nothing but the sea follows a control while it is being dragged.
+    pub(super) fn follow_land(&mut self) {
         let present = self.world.surfaces.exaggeration();
-        if self.reopening.is_some() || wanted == present || self.overlay.is_dragging() || self.overlay.is_typing() {
+        self.world.surfaces.set_sea_level(self.settings.sea_level_m.map(|level_m| level_m * present));
+        let Settings { exaggeration: wanted, tree_seed, .. } = self.settings;
+        let is_alike = wanted == present && tree_seed == self.world.tree_seed();
+        if self.reopening.is_some() || is_alike || self.overlay.is_dragging() || self.overlay.is_typing() {
+            return;
+        }
+        let own = self.world.lasting.own_forest.as_ref();
+        let forest = tree_seed.and_then(|seed| Trees::Seed(seed).over(own.cloned()));
+        if wanted == present && forest.as_ref().is_none_or(|forest| self.world.surfaces.has_files_of(forest)) {
+            self.world.surfaces.set_forest(forest.as_ref().map(|forest| forest.exaggerated(present)));
+            self.note_forest(forest);
+            self.begin_again();
             return;
         }
         let terrain = &self.world.surfaces.terrain;
@@ -27,10 +40,11 @@ impl Flight {
         let mut pose = self.camera.pose();
         pose.position_m.z *= wanted / present;
         let picture_px = self.settings.picture_px(self.screen.size_px());
+        let before = &self.world.scene;
         let request = Wanted {
             gpu: self.gpu.clone(),
-            scene: Scene { vertical_exaggeration: wanted, sun_time: None, ..self.world.scene.clone() },
-            heights: self.world.heights.clone(),
+            scene: Scene { vertical_exaggeration: wanted, forest, sun_time: None, ..before.clone() },
+            heights: self.world.lasting.heights.clone(),
             options,
             rig: Rig::mono(View::whole(pose, pose, picture_px)),
             style: self.style().clone(),
@@ -41,31 +55,45 @@ impl Flight {
         self.show_shader_errors();
     }
 
-    /// Shows the land with another exaggeration if it has been read. Returns whether something has changed.
+    /// Shows the land with another exaggeration, or other trees, if it has been read. Returns whether something has
+    /// changed.
     pub(super) fn take_reopened(&mut self) -> bool {
         let Some(done) = self.reopening.as_ref().and_then(Reopening::take) else { return false };
-        let Some(Reopening { factor, .. }) = self.reopening.take() else { return false };
+        let Some(Reopening { factor, forest, .. }) = self.reopening.take() else { return false };
         match done {
             Ok(surfaces) => {
                 let ratio = factor / self.world.surfaces.exaggeration();
                 self.world.surfaces = surfaces;
-                self.world.scene.vertical_exaggeration = factor;
-                self.world.more.exaggeration = Some(factor);
-                // The same part of the land stays in the picture: heights count from sea level.
-                for camera in [&mut self.camera, &mut self.start] {
-                    camera.position_m.z *= ratio;
-                    camera.stop_moves();
+                self.note_forest(forest);
+                if ratio != 1.0 {
+                    self.world.scene.vertical_exaggeration = factor;
+                    self.world.more.exaggeration = Some(factor);
+                    // The same part of the land stays in the picture: heights count from sea level.
+                    for camera in [&mut self.camera, &mut self.start] {
+                        camera.position_m.z *= ratio;
+                        camera.stop_moves();
+                    }
                 }
                 self.begin_again();
                 self.read_grounds();
+                // What was changed while the land was being read.
+                self.follow_land();
             }
             Err(error) => {
                 self.settings.exaggeration = self.world.surfaces.exaggeration();
+                self.settings.tree_seed = self.world.tree_seed();
                 self.say(About::Edit, error, TOAST);
             }
         }
         self.show_shader_errors();
         true
+    }
+
+    /// Records the forest that is drawn, for the imprints of pictures.
+    fn note_forest(&mut self, forest: Option<Forest>) {
+        self.world.scene.forest = forest;
+        let trees = Trees::between(self.world.lasting.own_forest.as_ref(), self.world.tree_seed());
+        self.world.more.trees = trees.map(|trees| trees.to_string());
     }
 
     /// Waits for a click on the picture, which places the focus.

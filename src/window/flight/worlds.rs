@@ -167,6 +167,7 @@ impl Flight {
         let store = terrain.store();
         let size = store.levels()[0];
         self.light_panel = LightPanel::new(EarthPlace::of_grid(store.georeference(), size.width, size.height));
+        self.land_panel = world.land_panel();
         self.navigation = Navigation::new(Places::of(terrain));
         self.touch.cancel();
         self.export_dialog.forget();
@@ -176,6 +177,8 @@ impl Flight {
         self.settings.sun = world.sun;
         self.settings.haze_m = world.light.haze_m;
         self.settings.exaggeration = world.surfaces.exaggeration();
+        self.settings.sea_level_m = world.scene.sea_level_m;
+        self.settings.tree_seed = world.tree_seed();
         self.settings.focus = world.scene.focus;
         let pose = self.start.pose();
         self.last = LastPicture { pose, prepared: Prepared::default(), tiles_loaded: 0, ..self.last };

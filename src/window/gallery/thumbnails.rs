@@ -46,7 +46,11 @@ struct Subject {
     pose: Pose,
     light: Light,
     size_px: [u32; 2],
+    land: Land,
 }
+
+/// What a window changes on the land: the height of the sea, and the seed of the forest.
+type Land = (Option<f64>, Option<u32>);
 
 /// A thumbnail on the GPU.
 struct Thumbnail {
@@ -139,12 +143,19 @@ impl Thumbnails {
             return Ok(false);
         }
         let size_px = scene.shown_px.map(|side| (LARGER * side).round().max(1.0) as u32);
-        let subject =
-            |style: usize| Subject { style: styles[style].clone(), pose: scene.pose, light: scene.light, size_px };
+        let land: Land = (world.sea_level_m(), world.forest().map(|forest| forest.seed));
+        let subject = |style: usize| Subject {
+            style: styles[style].clone(),
+            pose: scene.pose,
+            light: scene.light,
+            size_px,
+            land,
+        };
         let is_old = |style: usize| {
             self.thumbnails.get(&style).is_none_or(|known| {
-                (known.subject.pose, known.subject.light, known.subject.size_px) != (scene.pose, scene.light, size_px)
-                    || known.subject.style != styles[style]
+                let Subject { style: drawn, pose, light, size_px: drawn_px, land: drawn_land } = &known.subject;
+                (*pose, *light, *drawn_px, *drawn_land) != (scene.pose, scene.light, size_px, land)
+                    || *drawn != styles[style]
             })
         };
         let mut old = order.iter().copied().filter(|style| is_old(*style));

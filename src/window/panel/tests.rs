@@ -110,6 +110,7 @@ struct Bench {
     settings: Settings,
     camera: FlyCamera,
     light: LightPanel,
+    land: LandPanel,
     styles: Styles,
     requests: Vec<PanelRequests>,
 }
@@ -117,9 +118,15 @@ struct Bench {
 fn open() -> Harness<'static, Bench> {
     let start: Camera = "0,0,+500,0,-10,45".parse().expect("a camera");
     let bench = Bench {
-        settings: Settings { eyes: Eyes::SideBySide, ..crate::window::settings::tests::settings() },
+        settings: Settings {
+            eyes: Eyes::SideBySide,
+            sea_level_m: Some(3.0),
+            tree_seed: Some(1),
+            ..crate::window::settings::tests::settings()
+        },
         camera: FlyCamera::new(&start, |_| 0.0, [10_000.0, 10_000.0]),
         light: LightPanel::new(None),
+        land: LandPanel::new([0.0, 100.0], None),
         styles: Styles::with("ink").expect("a preset").0,
         requests: Vec::new(),
     };
@@ -128,8 +135,8 @@ fn open() -> Harness<'static, Bench> {
         |ui, bench: &mut Bench| {
             let panels = [(Pane::Style, false), (Pane::Inside, false), (Pane::Cost, true)];
             let stats = PanelStats { panels: &panels, ..stats(None) };
-            let Bench { settings, camera, light, styles, requests } = bench;
-            let request = show(ui, &stats, styles, settings, camera, light);
+            let Bench { settings, camera, light, land, styles, requests } = bench;
+            let request = show(ui, &stats, styles, settings, camera, (light, land));
             if request != PanelRequests::default() {
                 requests.push(request);
             }
@@ -137,7 +144,7 @@ fn open() -> Harness<'static, Bench> {
         bench,
     );
     harness.run();
-    for section in ["Light", "Keys"] {
+    for section in ["Light", "Land", "Keys"] {
         harness.get_by_label(section).click();
         harness.run();
     }
@@ -170,6 +177,10 @@ fn every_widget_has_a_name_of_its_own() {
         "Convergence, number",
         "Sun azimuth",
         "Haze, number",
+        "Exaggeration",
+        "Sea level",
+        "Tree seed",
+        "Tree seed, next",
     ] {
         assert!(counts.contains_key(wanted), "{wanted}: {counts:?}");
     }

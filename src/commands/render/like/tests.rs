@@ -40,6 +40,8 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("haze", Kept("--haze 2500 -o a.png")),
     ("water", Kept("--water lake.geojson -o a.png")),
     ("exaggeration", Kept("--exaggeration 2.5 -o a.png")),
+    ("sea_level", Kept("--sea-level=-2.5 -o a.png")),
+    ("trees", Kept("--trees 7 -o a.png")),
     ("trust_scene", Unneeded),
     ("output", Unneeded),
     ("like", Unneeded),
@@ -99,7 +101,7 @@ fn parsed(line: &str) -> RenderArgs {
 /// Returns what the arguments draw, as text. Without `..`, so that a new option is not forgotten.
 fn drawn(args: &RenderArgs) -> String {
     let RenderArgs {
-        world: WorldArgs { name, heights, light, water, exaggeration, trust_scene: _ },
+        world: WorldArgs { name, heights, light, water, land, exaggeration, trust_scene: _ },
         output: _,
         like: _,
         style: _,
@@ -137,7 +139,7 @@ fn drawn(args: &RenderArgs) -> String {
         json: _,
     } = args;
     let light = format!("{:?} {:?}", light.sun.unwrap_or_default(), (light.focus, light.haze));
-    let world = format!("{name:?} {heights:?} {light} {water:?} {exaggeration:?}");
+    let world = format!("{name:?} {heights:?} {light} {water:?} {land:?} {exaggeration:?}");
     // The camera of frames is that of their path, and the similar one of a map is not used.
     let camera = camera.filter(|_| path.is_none() && map.is_none());
     let time_s = time_s.unwrap_or(0.0);
@@ -248,6 +250,8 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
         ("encoding", "x"),
         ("eyes", "three"),
         ("antialias", "much"),
+        ("sea_level", "9001"),
+        ("trees", "-1"),
     ] {
         let read = with(key, &format!("\"{wrong}\"")).unwrap();
         let error = over(&parsed("--like a.png -o b.png"), &kind, &read).unwrap_err();

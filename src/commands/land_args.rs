@@ -1,0 +1,82 @@
+//! Options of all commands that draw, for what is on the land of a scene: its sea and its trees.
+
+use std::str::FromStr;
+
+use clap::Args;
+
+use crate::scene::Scene;
+use crate::scene::overrides::{SeaLevel, Trees};
+
+/// What is on the land.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
+pub(crate) struct LandArgs {
+    /// Land at or below this true height is sea, in metres, where the style draws water; `none` removes the scene's sea
+    /// [default: the scene's, or none]
+    #[arg(long, value_name = "METRES|none", value_parser = SeaLevel::from_str, allow_hyphen_values = true)]
+    pub sea_level: Option<SeaLevel>,
+    /// Trees: `on` plants the scene's forest, or a mixed forest if it has none; a number does so with this seed; `off`
+    /// leaves the scene's forest out [default: the scene's, or off]
+    #[arg(long, value_name = "on|off|SEED", value_parser = Trees::from_str)]
+    pub trees: Option<Trees>,
+}
+
+impl LandArgs {
+    /// Returns the scene with this sea and these trees; options that are not given keep the scene's.
+    #[must_use]
+    pub(crate) fn over(self, mut scene: Scene) -> Scene {
+        if let Some(sea) = self.sea_level {
+            scene.sea_level_m = sea.level_m();
+        }
+        if let Some(trees) = self.trees {
+            scene.forest = trees.over(scene.forest.take());
+        }
+        scene
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use std::path::Path;
+
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        land: LandArgs,
+    }
+
+    /// Returns a scene file with this text.
+    fn scene(text: &str) -> Scene {
+        Scene::parse(Path::new("a.toml"), &format!("[world]\ndem = \"a.tif\"\n{text}")).unwrap()
+    }
+
+    #[test]
+    fn an_option_is_the_key_of_the_scene_file() {
+        let given = |words: &str, text: &str| {
+            let words = ["hachure"].into_iter().chain(words.split_whitespace());
+            Line::try_parse_from(words).unwrap().land.over(scene(text))
+        };
+        for (words, before, after) in [
+            ("", "[water]\nsea_level_m = 3\n[forest]", "[water]\nsea_level_m = 3\n[forest]"),
+            ("--sea-level 12.5", "", "[water]\nsea_level_m = 12.5"),
+            ("--sea-level -3", "[water]\nsea_level_m = 12.5", "[water]\nsea_level_m = -3"),
+            ("--sea-level none", "[water]\nsea_level_m = 12.5", ""),
+            ("--trees on", "", "[forest]"),
+            ("--trees on", "[forest]\nseed = 4\nheight_m = 9", "[forest]\nseed = 4\nheight_m = 9"),
+            ("--trees 7", "[forest]\nseed = 4\nheight_m = 9", "[forest]\nseed = 7\nheight_m = 9"),
+            ("--trees off --sea-level 5", "[forest]\nseed = 4", "[water]\nsea_level_m = 5"),
+        ] {
+            assert_eq!(given(words, before), scene(after), "{words}");
+            // Planted: without the option, the scene is another one.
+            assert!(words.is_empty() || before == after || given("", before) != scene(after), "{words}");
+        }
+        for wrong in ["--sea-level", "--sea-level deep", "--sea-level 9001", "--trees", "--trees x", "--trees -1"] {
+            assert!(Line::try_parse_from(["hachure"].into_iter().chain(wrong.split(' '))).is_err(), "{wrong}");
+        }
+    }
+}
