@@ -214,6 +214,7 @@ fn settings(args: &BenchArgs, path: &CameraPath, path_text: &str) -> Settings {
         exaggeration: args.world.exaggeration,
         sea_level: args.world.land.sea_level.map(|level| level.to_string()),
         trees: args.world.land.trees.map(|trees| trees.to_string()),
+        seed: args.world.land.seed,
     }
 }
 

@@ -1,11 +1,14 @@
-//! Options of all commands that draw, for what is on the land of a scene: its sea and its trees.
+//! Options of all commands that draw, for the land of a scene: its sea, its trees and its seed.
 
 use std::str::FromStr;
 
 use clap::Args;
 
-use crate::scene::Scene;
-use crate::scene::overrides::{SeaLevel, Trees};
+use super::arguments;
+use super::misuse::Misuse;
+use crate::file::message::named;
+use crate::scene::overrides::{Overrides, SeaLevel, Trees};
+use crate::scene::{Scene, ranges};
 
 /// What is on the land.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
@@ -18,19 +21,23 @@ pub(crate) struct LandArgs {
     /// leaves the scene's forest out [default: the scene's, or off]
     #[arg(long, value_name = "on|off|SEED", value_parser = Trees::from_str)]
     pub trees: Option<Trees>,
+    /// Seed of the land, for the built-in world, the continent and scenes of them: each seed is another land, without
+    /// the scene's camera and focus [default: the scene's, or 1]
+    #[arg(long, value_parser = arguments::whole_within::<u32>(ranges::SEED))]
+    pub seed: Option<u32>,
 }
 
 impl LandArgs {
-    /// Returns the scene with this sea and these trees; options that are not given keep the scene's.
-    #[must_use]
-    pub(crate) fn over(self, mut scene: Scene) -> Scene {
-        if let Some(sea) = self.sea_level {
-            scene.sea_level_m = sea.level_m();
-        }
-        if let Some(trees) = self.trees {
-            scene.forest = trees.over(scene.forest.take());
-        }
-        scene
+    /// Returns the scene of a world with this land; options that are not given keep the scene's.
+    ///
+    /// # Errors
+    /// [`Misuse`], if the land of the world can have no other seed.
+    pub(crate) fn over(self, world: Option<&str>, scene: Scene) -> Result<Scene, Misuse> {
+        let Self { sea_level, trees, seed } = self;
+        Overrides { sea_level, trees, seed }.over(scene).map_err(|error| {
+            let world = world.map_or_else(|| "the built-in world".to_owned(), named);
+            Misuse(format!("--seed {}: {world}: {error}", seed.unwrap_or_default()))
+        })
     }
 }
 
@@ -59,7 +66,7 @@ mod tests {
     fn an_option_is_the_key_of_the_scene_file() {
         let given = |words: &str, text: &str| {
             let words = ["hachure"].into_iter().chain(words.split_whitespace());
-            Line::try_parse_from(words).unwrap().land.over(scene(text))
+            Line::try_parse_from(words).unwrap().land.over(None, scene(text)).unwrap()
         };
         for (words, before, after) in [
             ("", "[water]\nsea_level_m = 3\n[forest]", "[water]\nsea_level_m = 3\n[forest]"),
@@ -75,7 +82,16 @@ mod tests {
             // Planted: without the option, the scene is another one.
             assert!(words.is_empty() || before == after || given("", before) != scene(after), "{words}");
         }
-        for wrong in ["--sea-level", "--sea-level deep", "--sea-level 9001", "--trees", "--trees x", "--trees -1"] {
+        for wrong in [
+            "--sea-level",
+            "--sea-level deep",
+            "--sea-level 9001",
+            "--trees",
+            "--trees x",
+            "--trees -1",
+            "--seed x",
+            "--seed -1",
+        ] {
             assert!(Line::try_parse_from(["hachure"].into_iter().chain(wrong.split(' '))).is_err(), "{wrong}");
         }
     }

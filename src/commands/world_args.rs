@@ -71,7 +71,9 @@ impl WorldArgs {
     pub(crate) fn scene_and_forest(&self) -> anyhow::Result<(Scene, Option<Forest>)> {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
         let own_forest = scene.forest.clone();
-        let mut scene = self.land.over(self.water.over(self.light.over(self.heights.over(scene))));
+        // First, because another seed removes the scene's own focus, but not that of the command line.
+        let scene = self.land.over(self.name(), scene)?;
+        let mut scene = self.water.over(self.light.over(self.heights.over(scene)));
         scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
         Ok((scene, own_forest))
     }

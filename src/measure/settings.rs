@@ -41,6 +41,9 @@ pub(crate) struct Settings {
     /// Trees (`--trees`); null without the option.
     #[serde(default)]
     pub trees: Option<String>,
+    /// Seed of the land (`--seed`); null without the option.
+    #[serde(default)]
+    pub seed: Option<u32>,
 }
 
 impl Settings {
@@ -81,9 +84,12 @@ impl Settings {
             let factor = |factor: Option<f64>| factor.map_or_else(|| "none".to_owned(), |factor| factor.to_string());
             conflicts.push(option("--exaggeration", &factor(old.exaggeration), &factor(self.exaggeration)));
         }
-        for (name, before, now) in
-            [("--sea-level", &old.sea_level, &self.sea_level), ("--trees", &old.trees, &self.trees)]
-        {
+        let [seed_before, seed_now] = [old, self].map(|settings| settings.seed.map(|seed| seed.to_string()));
+        for (name, before, now) in [
+            ("--sea-level", &old.sea_level, &self.sea_level),
+            ("--trees", &old.trees, &self.trees),
+            ("--seed", &seed_before, &seed_now),
+        ] {
             if before != now {
                 let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "not given".to_owned());
                 conflicts.push(option(name, &value(before), &value(now)));
@@ -122,7 +128,8 @@ impl Settings {
             "on" => ", with trees".to_owned(),
             seed => format!(", with trees of seed {seed}"),
         });
-        let land = [sea, trees].into_iter().flatten().collect::<String>();
+        let seed = self.seed.map(|seed| format!(", seed {seed}"));
+        let land = [seed, sea, trees].into_iter().flatten().collect::<String>();
         format!(
             "{}: {world} along {path} ({duration_s} s), {frames}, with an allowed error of {lod_error_px} px and \
              {tile_memory_mib} MiB for tiles{higher}{land}",
@@ -192,6 +199,7 @@ mod tests {
         assert!(higher.contains("with --exaggeration 2.5, this one with --exaggeration none"), "{higher}");
         let flooded = conflicts(&|old| old.sea_level = Some("12".to_owned()));
         assert!(flooded.contains("with --sea-level 12, this one with --sea-level not given"), "{flooded}");
+        assert!(conflicts(&|old| old.seed = Some(2)).contains("with --seed 2, this one with --seed not given"));
         assert!(conflicts(&|old| old.trees = Some("off".to_owned())).contains("with --trees off, this one"));
         assert!(
             conflicts(&|old| old.tile_memory_mib = 64).contains("--tile-memory 64, this one with --tile-memory 512")
@@ -224,8 +232,8 @@ mod tests {
         let high = Settings { exaggeration: Some(2.0), ..settings() };
         assert!(high.sentence().ends_with("for tiles, heights × 2"), "{}", high.sentence());
         let [sea_level, trees] = ["12", "7"].map(|value| Some(value.to_owned()));
-        let wet = Settings { sea_level, trees, ..settings() }.sentence();
-        assert!(wet.ends_with("for tiles, with a sea at 12 m, with trees of seed 7"), "{wet}");
+        let wet = Settings { sea_level, trees, seed: Some(2), ..settings() }.sentence();
+        assert!(wet.ends_with("for tiles, seed 2, with a sea at 12 m, with trees of seed 7"), "{wet}");
         let [sea_level, trees] = ["none", "off"].map(|value| Some(value.to_owned()));
         let bare = Settings { sea_level, trees, ..settings() }.sentence();
         assert!(bare.ends_with("for tiles, without a sea, without trees"), "{bare}");

@@ -119,6 +119,8 @@ pub struct More {
     pub sea_level: Option<String>,
     /// Value of `--trees`.
     pub trees: Option<String>,
+    /// Value of `--seed`.
+    pub seed: Option<u32>,
     /// Value of `--eyes`.
     pub eyes: Option<String>,
     /// Distance between the eyes.
@@ -158,7 +160,8 @@ pub struct More {
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
-    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level` and `trees`.
+    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`,
+    /// `trees` and `seed`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -168,7 +171,7 @@ impl More {
             && self.height_unit.is_none()
             && self.tile_rows.is_none();
         match self {
-            _ if self.sea_level.is_some() || self.trees.is_some() => VERSION,
+            _ if self.sea_level.is_some() || self.trees.is_some() || self.seed.is_some() => VERSION,
             _ if self.haze.is_some() => HAZY,
             _ if self.exaggeration.is_some() => EXAGGERATED,
             _ if !reads_as_usual => HEIGHTS,
@@ -200,6 +203,7 @@ impl More {
             height_offset,
             exaggeration,
             haze,
+            seed,
             tile_memory,
             convergence,
             margin,
@@ -234,6 +238,7 @@ impl More {
             ("height_offset", *height_offset, ranges::HEIGHT_OFFSET_M),
             ("exaggeration", *exaggeration, ranges::EXAGGERATION),
             ("haze", *haze, ranges::HAZE_M),
+            ("seed", seed.map(f64::from), ranges::SEED),
             ("tile_memory", tile_memory.map(|mib| mib as f64), ranges::TILE_MEMORY_MIB),
             ("convergence", *convergence, ranges::CONVERGENCE_M),
             ("margin", *margin, ranges::MARGIN_MM),

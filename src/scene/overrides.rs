@@ -1,9 +1,103 @@
-//! Values that replace those of a scene: `--sea-level` and `--trees`, and the same controls of a window.
+//! Values that replace those of a scene: `--sea-level`, `--trees` and `--seed`, and the same controls of a window.
 
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
 
-use super::{Forest, ranges};
+use super::{Forest, MeshPositions, Scene, World, ranges};
+
+/// Values that replace those of a scene; `None` keeps the scene's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Overrides {
+    pub sea_level: Option<SeaLevel>,
+    pub trees: Option<Trees>,
+    /// The seed of the land.
+    pub seed: Option<u32>,
+}
+
+impl Overrides {
+    /// Returns the scene with these values.
+    ///
+    /// # Errors
+    /// [`SeedError`], if the land of the scene can have no other seed.
+    pub(crate) fn over(self, scene: Scene) -> Result<Scene, SeedError> {
+        let mut scene = match self.seed {
+            Some(seed) => scene.with_seed(seed)?,
+            None => scene,
+        };
+        if let Some(sea) = self.sea_level {
+            scene.sea_level_m = sea.level_m();
+        }
+        if let Some(trees) = self.trees {
+            scene.forest = trees.over(scene.forest.take());
+        }
+        Ok(scene)
+    }
+}
+
+/// Why the land of a scene can have no other seed: the end of a sentence about the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum SeedError {
+    /// The land comes from files.
+    #[error("its land has no seed; only the built-in world, the continent and scenes of them are grown from one")]
+    NotGrown,
+    /// Something has its place on the land of one seed.
+    #[error("its {what} are made for the land of seed {own}, and would not fit another one")]
+    Placed {
+        /// What has a place, in the plural.
+        what: &'static str,
+        /// The seed of the scene.
+        own: u32,
+    },
+}
+
+impl World {
+    /// Returns the seed from which the land is grown; `None` if it comes from files or from memory.
+    pub(crate) fn seed(&self) -> Option<u32> {
+        match self {
+            Self::Procedural { seed } | Self::Continent { seed, .. } => Some(*seed),
+            Self::File(_) | Self::Files(_) | Self::Url(_) | Self::Memory => None,
+        }
+    }
+}
+
+impl Scene {
+    /// Checks that the land can have another seed: nothing of the scene may have its place on the land of its own. What
+    /// rules place is placed anew.
+    ///
+    /// # Errors
+    /// [`SeedError`].
+    pub(crate) fn check_other_seed(&self) -> Result<(), SeedError> {
+        let own = self.world.seed().ok_or(SeedError::NotGrown)?;
+        let is_placed = |mesh: &super::MeshPlacement| !matches!(mesh.positions, MeshPositions::Scattered(_));
+        let has_cover = self.forest.as_ref().is_some_and(|forest| forest.cover.files().next().is_some());
+        let placed = [
+            (self.meshes.iter().any(is_placed), "models"),
+            (has_cover, "rasters of the forest"),
+            (self.water.files().next().is_some(), "water files"),
+        ];
+        placed
+            .into_iter()
+            .find(|(is_there, _)| *is_there)
+            .map_or(Ok(()), |(_, what)| Err(SeedError::Placed { what, own }))
+    }
+
+    /// Returns the scene with another seed of its land. The start of the camera and the focus are left out, since they
+    /// are made for the land of the scene's own seed.
+    ///
+    /// # Errors
+    /// Those of [`Scene::check_other_seed`].
+    fn with_seed(mut self, other: u32) -> Result<Self, SeedError> {
+        if self.world.seed() == Some(other) {
+            return Ok(self);
+        }
+        self.check_other_seed()?;
+        if let World::Procedural { seed } | World::Continent { seed, .. } = &mut self.world {
+            *seed = other;
+        }
+        (self.start, self.focus) = (None, None);
+        Ok(self)
+    }
+}
 
 /// The sea that replaces a scene's.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -157,6 +251,48 @@ mod tests {
         // Planted: other seeds and densities are other forests.
         assert_ne!(Trees::Seed(8).over(None), forest("[forest]\nseed = 7"));
         assert_ne!(Trees::On.over(None), forest("[forest]\ntrees_per_ha = 301"));
+    }
+
+    #[test]
+    fn another_seed_is_the_key_of_the_scene_file() {
+        let scene = |text: &str| Scene::parse(Path::new("scene.toml"), text).unwrap();
+        let seeded = |text: &str, seed| Overrides { seed: Some(seed), ..Overrides::default() }.over(scene(text));
+        let forest = "[forest]\nseed = 3\n[water]\nsea_level_m = 5\n[sun]\nazimuth_deg = 10";
+        for world in ["procedural = { seed = 1 }", "continent = { seed = 1, size_samples = 2048 }"] {
+            let text = format!("[world]\n{world}\n{forest}");
+            let other = scene(&text.replacen("seed = 1", "seed = 2", 1));
+            assert_eq!(seeded(&text, 2), Ok(other.clone()));
+            // Planted: without the option, the scene is another one.
+            assert_ne!(scene(&text), other);
+            // A view of the land of seed 1 is not one of another land.
+            let places =
+                format!("{text}\n[camera]\nstart = \"0,0,+300,0,-10,50\"\n[focus]\nplace = [0, 0]\nradius_m = 9");
+            assert_eq!(seeded(&places, 2), Ok(other));
+            assert_eq!(seeded(&places, 1), Ok(scene(&places)), "its own seed changes nothing");
+        }
+    }
+
+    #[test]
+    fn what_has_its_place_refuses_another_seed() {
+        let refused = |text: &str| {
+            let scene = Scene::parse(Path::new("scene.toml"), text).unwrap();
+            Overrides { seed: Some(2), ..Overrides::default() }.over(scene).err().map(|error| error.to_string())
+        };
+        let grown = "[world]\nprocedural = { seed = 7 }\n";
+        assert!(refused("[world]\ndem = \"a.tif\"").unwrap().contains("has no seed"));
+        assert!(refused("[world]\ndem = [\"a.tif\", \"b.tif\"]").unwrap().contains("has no seed"));
+        let hut = "[[meshes]]\nfile = \"hut.obj\"\n";
+        for (text, what) in [
+            (format!("{hut}at = [1, 2, \"+0\"]"), "models"),
+            (format!("{hut}instances = \"list.csv\""), "models"),
+            ("[forest]\nmask = \"a.tif\"".to_owned(), "rasters of the forest"),
+            ("[water]\npolygons = \"a.geojson\"".to_owned(), "water files"),
+        ] {
+            let error = refused(&format!("{grown}{text}")).unwrap();
+            assert!(error.contains(&format!("its {what} are made for the land of seed 7")), "{error}");
+        }
+        assert_eq!(refused(&format!("{grown}[forest]")), None);
+        assert_eq!(refused(&format!("{grown}{hut}scatter = {{ count = 3, within = [0, 0, 90, 90] }}")), None, "a rule finds new places");
     }
 
     #[cfg(feature = "window")]

@@ -36,13 +36,13 @@ pub(crate) struct Views {
 }
 
 impl Views {
-    /// Reads the views of a world; `None` is the built-in world.
-    pub(crate) fn open(world: Option<&str>) -> Self {
-        Self::of_file(settings_file::path(), world)
+    /// Reads the views of a world, `None` is the built-in world, with the seed that replaces its own.
+    pub(crate) fn open(world: Option<&str>, seed: Option<u32>) -> Self {
+        Self::of_file(settings_file::path(), world, seed)
     }
 
-    fn of_file(path: Option<PathBuf>, world: Option<&str>) -> Self {
-        let world = world.map(recent::lasting).unwrap_or_default();
+    fn of_file(path: Option<PathBuf>, world: Option<&str>, seed: Option<u32>) -> Self {
+        let world = recent::with_seed(world.map(recent::lasting).unwrap_or_default(), seed);
         // What is behind a question mark or before an at sign may be a password.
         let path = path.filter(|_| !(world.contains("://") && world.contains(['?', '@'])));
         let settings = path.as_deref().and_then(settings_file::document).unwrap_or_default();
@@ -159,7 +159,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let settings = folder.path().join("settings.toml");
         atomic::write(&settings, b"# mine\nfavourites = [\"pen\"]\n").unwrap();
-        let open = |world: Option<&str>| Views::of_file(Some(settings.clone()), world);
+        let open = |world: Option<&str>| Views::of_file(Some(settings.clone()), world, None);
         let mut alps = open(Some("/data/alps.tif"));
         assert!(alps.list().is_empty());
         alps.add(camera("1,2,300,4,-5,60")).unwrap();
@@ -192,13 +192,13 @@ mod tests {
                     camera = \"0,0,5,0,0,50\"\n";
         for (text, wanted) in [(text, vec!["c"]), ("views = 3\n", vec![]), ("[", vec![])] {
             atomic::write(&settings, text.as_bytes()).unwrap();
-            assert_eq!(names(&Views::of_file(Some(settings.clone()), None)), wanted, "{text}");
+            assert_eq!(names(&Views::of_file(Some(settings.clone()), None, None)), wanted, "{text}");
         }
         std::fs::remove_file(&settings).unwrap();
-        let mut secret = Views::of_file(Some(settings.clone()), Some("https://host/a.tif?signature=abc"));
+        let mut secret = Views::of_file(Some(settings.clone()), Some("https://host/a.tif?signature=abc"), None);
         secret.add(camera("0,0,5,0,0,50")).unwrap();
         assert!(secret.list().len() == 1 && !settings.exists());
-        let mut many = Views::of_file(None, None);
+        let mut many = Views::of_file(None, None, None);
         (0..COUNT).for_each(|_| many.add(camera("0,0,5,0,0,50")).unwrap());
         assert!(many.add(camera("0,0,5,0,0,50")).unwrap_err().contains("100 views"));
     }

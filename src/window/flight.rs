@@ -243,6 +243,7 @@ impl Flight {
             exaggeration: world.surfaces.exaggeration(),
             sea_level_m: world.scene.sea_level_m,
             tree_seed: world.tree_seed(),
+            world_seed: world.scene.world.seed(),
             focus: world.scene.focus,
             eyes: options.eyes,
             pair: options.pair,
@@ -266,7 +267,7 @@ impl Flight {
             former: None,
             opening: None,
             reading: None,
-            paths: Paths::of_world(world.world.as_deref()),
+            paths: Paths::of_world(&world),
             path_of_opening: None,
             open_dialog: OpenDialog::default(),
             export_dialog: ExportDialog::default(),
@@ -616,6 +617,7 @@ impl Flight {
             self.place_focus();
         }
         self.follow_land();
+        self.follow_seed();
         if requests.restart {
             self.restart();
         }

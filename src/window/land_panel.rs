@@ -1,4 +1,4 @@
-//! The controls of the land in the panel: exaggeration, the sea, and the trees.
+//! The controls of the land in the panel: exaggeration, the sea, the trees, and the seed of a land that is grown.
 
 use egui::{Align, Checkbox, DragValue, Layout, RichText, Slider, Ui};
 
@@ -15,13 +15,16 @@ pub(super) struct LandPanel {
     last_sea_m: f64,
     /// The seed with which trees return when they are switched on.
     last_tree_seed: u32,
+    /// Why the land can have no other seed, if it can not.
+    refusal: Option<String>,
 }
 
 impl LandPanel {
-    /// Creates the controls for land between two true heights, in metres, whose scene has a forest or none.
-    pub(super) fn new(range_m: [f64; 2], own_forest: Option<&Forest>) -> Self {
+    /// Creates the controls for land between two true heights, in metres, whose scene has a forest or none. `refusal` says why
+    /// the land can have no other seed.
+    pub(super) fn new(range_m: [f64; 2], own_forest: Option<&Forest>, refusal: Option<String>) -> Self {
         let last_tree_seed = own_forest.map_or(Forest::DEFAULT_SEED, |forest| forest.seed);
-        Self { range_m, last_sea_m: first_sea_m(range_m), last_tree_seed }
+        Self { range_m, last_sea_m: first_sea_m(range_m), last_tree_seed, refusal }
     }
 
     /// Adds the controls. `draws_water` says whether the drawn style has a layer of water.
@@ -34,6 +37,14 @@ impl LandPanel {
         }
         self.sea(ui, &mut settings.sea_level_m, draws_water);
         self.trees(ui, &mut settings.tree_seed);
+        if let Some(seed) = &mut settings.world_seed {
+            ui.add_enabled_ui(self.refusal.is_none(), |ui| {
+                let hint = "Each seed is another land, which is opened in the background (--seed)";
+                let hint =
+                    self.refusal.as_ref().map_or_else(|| hint.to_owned(), |cause| format!("No other seed: {cause}"));
+                seed_row(ui, "World seed", &hint, seed);
+            });
+        }
     }
 
     /// Adds the switch and the height of the sea.
@@ -89,14 +100,14 @@ fn seed_row(ui: &mut Ui, name: &str, hint: &str, seed: &mut u32) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let next = ui.button("Next").on_hover_text("Take the next seed");
+            let next = ui.button("Next").on_hover_text("Take the next seed").on_disabled_hover_text(hint);
             ui.ctx().accesskit_node_builder(next.id, |node| node.set_label(format!("{name}, next")));
             if next.clicked() {
                 *seed = seed.wrapping_add(1);
             }
             // A number counts when it is complete.
             let field = DragValue::new(seed).speed(0.05).update_while_editing(false);
-            let field = ui.add(field).on_hover_text(hint);
+            let field = ui.add(field).on_hover_text(hint).on_disabled_hover_text(hint);
             ui.ctx().accesskit_node_builder(field.id, |node| node.set_label(name));
         });
     });
@@ -120,7 +131,7 @@ mod tests {
 
     fn harness<'a>(settings: Settings) -> Harness<'a, Bench> {
         let own = settings.tree_seed.map(|seed| Forest { seed, ..Forest::default() });
-        let bench = Bench { panel: LandPanel::new([400.0, 2400.0], own.as_ref()), settings, draws_water: true };
+        let bench = Bench { panel: LandPanel::new([400.0, 2400.0], own.as_ref(), None), settings, draws_water: true };
         let harness = Harness::builder().with_size(egui::vec2(264.0, 400.0));
         let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
             |ui, bench: &mut Bench| bench.panel.show(ui, &mut bench.settings, bench.draws_water),
@@ -226,11 +237,35 @@ mod tests {
     }
 
     #[test]
+    fn the_seed_of_a_grown_land_is_changed() {
+        let mut harness = harness(bare());
+        assert!(widget(&harness, "World seed").is_none(), "land of files has no seed");
+        harness.state_mut().settings.world_seed = Some(1);
+        harness.run();
+        click(&mut harness, "World seed, next");
+        assert_eq!(harness.state().settings.world_seed, Some(2));
+        type_into(&mut harness, "World seed", "77");
+        assert_eq!(harness.state().settings.world_seed, Some(77));
+        // Where models have their places, the number is shown and stays.
+        harness.state_mut().panel.refusal = Some("its models are made for it".to_owned());
+        harness.run();
+        assert!(widget(&harness, "World seed, next").unwrap().accesskit_node().is_disabled());
+        click(&mut harness, "World seed, next");
+        assert_eq!(harness.state().settings.world_seed, Some(77));
+    }
+
+    #[test]
     fn controls_leave_what_nobody_touches() {
-        let settings = Settings { sea_level_m: Some(8999.5), tree_seed: Some(9), exaggeration: 37.5, ..bare() };
+        let settings = Settings {
+            sea_level_m: Some(8999.5),
+            tree_seed: Some(9),
+            world_seed: Some(4),
+            exaggeration: 37.5,
+            ..bare()
+        };
         let harness = harness(settings.clone());
         assert_eq!(harness.state().settings, settings);
-        for name in ["Exaggeration", "Sea", "Sea level", "Sea level, number", "Trees", "Tree seed", "Tree seed, next"] {
+        for name in ["Exaggeration", "Sea", "Sea level", "Sea level, number", "Trees", "Tree seed", "World seed"] {
             assert!(widget(&harness, name).is_some(), "{name}");
         }
     }

@@ -150,7 +150,7 @@ impl FlightWorld {
             .unwrap_or_else(|| world.surfaces.terrain.corners_m());
         Self {
             data_corners_m,
-            name: crate::world::title(name.as_deref()),
+            name: crate::world::title_with_seed(name.as_deref(), more.seed),
             world: name,
             more,
             lasting,
@@ -173,7 +173,8 @@ impl FlightWorld {
     fn land_panel(&self) -> LandPanel {
         let factor = self.surfaces.exaggeration();
         let range_m = self.surfaces.terrain.range_m().map(|height_m| f64::from(height_m) / factor);
-        LandPanel::new(range_m, self.lasting.own_forest.as_ref())
+        let refusal = self.scene.check_other_seed().err().map(|error| error.to_string());
+        LandPanel::new(range_m, self.lasting.own_forest.as_ref(), refusal)
     }
 }
 

@@ -11,11 +11,12 @@ use crate::frame::{self, Light};
 use crate::gpu::Gpu;
 use crate::picture::imprint::More;
 use crate::scene::Scene;
+use crate::scene::overrides::Overrides;
 use crate::scene::reach::Reach;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
 use crate::tiles::terrain::TerrainOptions;
-use crate::world::{OpenWorld, Surfaces, exaggerated, open_store, scene_of};
+use crate::world::{OpenWorld, Surfaces, exaggerated, open_store, scene_of, title, title_with_seed};
 
 /// Longest time in which the tiles of a view are awaited.
 const LONGEST: Duration = Duration::from_secs(20);
@@ -30,6 +31,10 @@ pub(super) struct Wanted {
     pub name: Option<String>,
     /// Which files a scene may name.
     pub reach: Reach,
+    /// What replaces values of its scene.
+    pub overrides: Overrides,
+    /// Factor on heights that replaces the scene's.
+    pub exaggeration: Option<f64>,
     /// The options of the window's terrain.
     pub options: TerrainOptions,
     /// The memory for tiles, if it is not the default, for imprints.
@@ -44,6 +49,8 @@ pub(super) struct Wanted {
 pub(super) struct OtherWorld {
     /// Its name, as it was given.
     pub name: String,
+    /// The seed that replaces its own, if it is the present world with another seed.
+    pub seed: Option<u32>,
     /// How far it is.
     pub work: Arc<Work>,
     done: Background<Result<Box<FlightWorld>, String>>,
@@ -53,12 +60,13 @@ impl OtherWorld {
     /// Begins to open a world, and calls `wake` when there is progress and when it is open.
     pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let name = wanted.name.clone().unwrap_or_default();
-        let title = format!("Opening {}", crate::world::title(wanted.name.as_deref()));
+        let seed = wanted.overrides.seed;
+        let title = format!("Opening {}", title_with_seed(wanted.name.as_deref(), seed));
         let work = Arc::new(Work::new(title, wake));
         let [of_thread, at_end] = [Arc::clone(&work), Arc::clone(&work)];
         let open = move || open(wanted, &of_thread).map(Box::new);
         let done = Background::start("world", open, move || at_end.wake());
-        Self { name, work, done }
+        Self { name, seed, work, done }
     }
 
     /// Takes the world, or why it could not be opened; `None` while it is being opened.
@@ -74,8 +82,12 @@ impl OtherWorld {
 
 /// Opens a world as `fly` does, and loads the tiles of its start view.
 fn open(wanted: Wanted, work: &Work) -> Result<FlightWorld, String> {
-    let Wanted { gpu, name, reach, options, tile_memory_mib, size_px, style } = wanted;
+    let Wanted { gpu, name, reach, overrides, exaggeration, options, tile_memory_mib, size_px, style } = wanted;
     let scene = scene_of(name.as_deref(), reach).map_err(|error| chain(&error))?;
+    let own_forest = scene.forest.clone();
+    let scene = overrides.over(scene).map_err(|error| format!("{}: {error}", title(name.as_deref())))?;
+    let vertical_exaggeration = exaggeration.unwrap_or(scene.vertical_exaggeration);
+    let scene = Scene { vertical_exaggeration, ..scene };
     let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
     let heights = open_store(&true_to_scale, work).map_err(|error| chain(&error))?;
     let store = exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);
@@ -84,9 +96,17 @@ fn open(wanted: Wanted, work: &Work) -> Result<FlightWorld, String> {
     let start = world.start_camera(width / height.max(1.0));
     let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
     world.ground_was_read().map_err(|error| chain(&error))?;
-    let more = More { tile_memory: tile_memory_mib, ..More::default() };
+    let Overrides { sea_level, trees, seed } = overrides;
+    let more = More {
+        tile_memory: tile_memory_mib,
+        exaggeration,
+        sea_level: sea_level.map(|level| level.to_string()),
+        trees: trees.map(|trees| trees.to_string()),
+        seed,
+        ..More::default()
+    };
     let (pose, light) = (world.pose(&start), world.light());
-    let lasting = Lasting { heights, own_forest: world.scene.forest.clone() };
+    let lasting = Lasting { heights, own_forest };
     let mut world = FlightWorld::new(world, start, name, more, lasting);
     let rig = Rig::mono(View::whole(pose, pose, size_px));
     work.report_tiles();
@@ -140,6 +160,8 @@ mod tests {
             gpu: gpu.clone(),
             name: Some(name.display().to_string()),
             reach: Reach::SceneFolder,
+            overrides: Overrides::default(),
+            exaggeration: None,
             options: TerrainOptions { loading: crate::tiles::terrain::Loading::Stream, ..TerrainOptions::default() },
             tile_memory_mib: Some(64),
             size_px: [160, 90],

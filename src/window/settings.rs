@@ -38,6 +38,8 @@ pub(super) struct Settings {
     pub sea_level_m: Option<f64>,
     /// Seed of the forest, if there are trees; the land follows once no control is dragged.
     pub tree_seed: Option<u32>,
+    /// Seed of the land, if it is grown from one; the world follows once no control is dragged.
+    pub world_seed: Option<u32>,
     /// The area of full contrast, if the scene or the user places one.
     pub focus: Option<SceneFocus>,
     /// Eyes that are shown.
@@ -208,7 +210,7 @@ pub(super) mod tests {
         let sun = Sun::default();
         let antialias = Antialias::None;
         let (style, scale, lod_error_px, haze_m, follows_land) = (0, 0, 1.0, 1000.0, false);
-        let (exaggeration, focus, sea_level_m, tree_seed) = (1.0, None, None, None);
+        let (exaggeration, focus, sea_level_m, tree_seed, world_seed) = (1.0, None, None, None, None);
         Settings {
             style,
             scale,
@@ -219,6 +221,7 @@ pub(super) mod tests {
             exaggeration,
             sea_level_m,
             tree_seed,
+            world_seed,
             focus,
             eyes,
             pair,

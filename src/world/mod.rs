@@ -178,6 +178,13 @@ impl Surfaces {
     }
 }
 
+/// Returns the name of a world for people, with the seed that replaces its own.
+#[cfg(feature = "window")]
+pub(crate) fn title_with_seed(world: Option<&str>, seed: Option<u32>) -> String {
+    let title = title(world);
+    seed.map_or_else(|| title.clone(), |seed| format!("{title}, seed {seed}"))
+}
+
 /// Returns the name of a world for people: that of its file without the folder.
 pub(crate) fn title(world: Option<&str>) -> String {
     let Some(world) = world else { return "the built-in world".to_owned() };

@@ -50,6 +50,10 @@ pub(crate) fn check_name(path: &Path, world_name: Option<&str>, world: &World) -
         return Ok(());
     }
     let other = world_name.map_or_else(|| "the built-in world".to_owned(), named);
+    let other = match world.seed() {
+        Some(seed) if seed != 1 => format!("{other} with seed {seed}"),
+        _ => other,
+    };
     Err(PathFitError::Other(format!(
         "--path {}: this built-in path is made for {}, not for {other}; a path for {other} is a CSV file with the header \
          t,x,y,z,yaw,pitch,fov, in metres from its centre, with z as +h above the ground",
@@ -140,7 +144,8 @@ mod tests {
         let error = check("valley", "own.tif", own.clone()).unwrap_err().to_string();
         assert!(error.contains("made for the built-in scene continent"), "{error}");
         assert!(check("tour", "forest", World::Procedural { seed: 1 }).is_ok());
-        assert!(check("tour", "a.toml", World::Procedural { seed: 2 }).is_err());
+        let error = check_name(Path::new("tour"), None, &World::Procedural { seed: 2 }).unwrap_err().to_string();
+        assert!(error.contains("not for the built-in world with seed 2;"), "{error}");
         assert!(check("tour.csv", "own.tif", own).is_ok());
         let continent = World::Continent { seed: 1, size_samples: 2048, spacing_m: 10.0 };
         assert!(check("valley", "continent_small", continent).is_ok());

@@ -61,7 +61,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
     let settings = ["version", "program_crc32", "world", "path", "path_crc32", "duration_s", "frames", "real_time"];
     keys(
         &report["settings"],
-        &[&settings[..], &["exaggeration", "sea_level", "trees", "lod_error_px", "tile_memory_mib"]].concat(),
+        &[&settings[..], &["exaggeration", "sea_level", "trees", "seed", "lod_error_px", "tile_memory_mib"]].concat(),
     )?;
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is not a list")? {

@@ -10,6 +10,7 @@ mod eyes;
 mod features;
 mod films;
 mod in_view;
+mod land;
 mod models;
 mod places;
 mod quiet;

@@ -53,6 +53,10 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     all.world.light.haze = all.world.light.haze.or(more.haze);
     all.world.water.water = all.world.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
     let land = &mut all.world.land;
+    // A seed is that of the picture's world.
+    if args.world.name.is_none() {
+        land.seed = land.seed.or(more.seed);
+    }
     land.sea_level = parsed_or(land.sea_level, more.sea_level.as_deref(), "sea_level")?;
     land.trees = parsed_or(land.trees, more.trees.as_deref(), "trees")?;
     all.world.light.focus = parsed_or(all.world.light.focus, more.focus.as_deref(), "focus")?;
@@ -184,6 +188,7 @@ pub(crate) fn of_world(world: &WorldArgs) -> More {
         exaggeration: world.exaggeration,
         sea_level: world.land.sea_level.map(|level| level.to_string()),
         trees: world.land.trees.map(|trees| trees.to_string()),
+        seed: world.land.seed,
         ..More::default()
     }
 }

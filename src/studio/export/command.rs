@@ -35,6 +35,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         haze,
         sea_level,
         trees,
+        seed,
         eyes,
         ipd,
         convergence,
@@ -58,6 +59,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("haze", number(*haze));
     add("sea-level", sea_level.clone());
     add("trees", trees.clone());
+    add("seed", seed.map(|seed| seed.to_string()));
     add("focus", focus.clone());
     add("water", water.clone());
     add("encoding", encoding.clone());

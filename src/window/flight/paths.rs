@@ -6,7 +6,9 @@ use super::{Flight, TOAST};
 use crate::file::message::named;
 use crate::scene::camera::Camera;
 use crate::studio::camera_path::PathDocument;
+use crate::studio::recent;
 use crate::studio::views::Views;
+use crate::window::FlightWorld;
 use crate::window::camera_moves::Stand;
 use crate::window::dock::Pane;
 use crate::window::path_flight::{self, Grounds, Player};
@@ -26,13 +28,18 @@ pub(super) struct Paths {
 }
 
 impl Paths {
-    /// Returns an empty path in a world; `None` is the built-in world.
-    pub(super) fn of_world(world: Option<&str>) -> Self {
+    /// Returns an empty path in a world, with the views of it.
+    pub(super) fn of_world(world: &FlightWorld) -> Self {
+        Self { views: Views::open(world.world.as_deref(), world.more.seed), ..Self::empty() }
+    }
+
+    /// Returns an empty path without views.
+    fn empty() -> Self {
         Self {
             document: PathDocument::empty(),
             player: Player::default(),
             panel: PathPanel::default(),
-            views: Views::open(world),
+            views: Views::default(),
             kept: None,
             grounds: None,
         }
@@ -59,7 +66,9 @@ impl Flight {
     fn path_world(&self) -> String {
         let lasting = |name: &String| std::path::absolute(name).map_or(name.clone(), |path| path.display().to_string());
         let name = self.world.world.as_ref();
-        name.map_or_else(String::new, |name| if name.contains("://") { name.clone() } else { lasting(name) })
+        let name =
+            name.map_or_else(String::new, |name| if name.contains("://") { name.clone() } else { lasting(name) });
+        recent::with_seed(name, self.world.more.seed)
     }
 
     /// Carries out what the user asks for in the panel of the path.
@@ -221,12 +230,12 @@ impl Flight {
         self.warn_of_kept_path();
         let kept = self.paths.views.keep_names();
         self.say_error(kept);
-        self.paths = Paths::of_world(None);
+        self.paths = Paths::empty();
     }
 
     /// Shows the views of the present world.
     pub(super) fn open_views(&mut self) {
-        self.paths.views = Views::open(self.world.world.as_deref());
+        self.paths.views = Views::open(self.world.world.as_deref(), self.world.more.seed);
         self.find_kept_path();
     }
 

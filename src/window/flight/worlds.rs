@@ -8,6 +8,8 @@ use winit::event::WindowEvent;
 use super::compare::Compared;
 use super::{Flight, LastPicture, TOAST, ground_m};
 use crate::file::message::named;
+use crate::picture::imprint::More;
+use crate::scene::overrides::Overrides;
 use crate::source::EarthPlace;
 use crate::studio::arrivals::{Arrival, arrival, at_home};
 use crate::studio::document::StyleDocument;
@@ -104,6 +106,32 @@ impl Flight {
 
     /// Begins to open another world; the present one stays until it is open.
     fn open_world(&mut self, name: Option<&str>) {
+        // Another seed was meant for the present world.
+        self.settings.world_seed = self.world.scene.world.seed();
+        self.begin_to_open(name, Overrides::default(), None);
+    }
+
+    /// Begins to open the present world with another seed, once no control is dragged. Sea, trees, exaggeration and light
+    /// stay.
+    pub(super) fn follow_seed(&mut self) {
+        let Some(seed) = self.settings.world_seed.filter(|seed| self.world.scene.world.seed() != Some(*seed)) else {
+            return;
+        };
+        let is_begun = self.opening.as_ref().is_some_and(|opening| opening.seed == Some(seed));
+        if is_begun || self.overlay.is_dragging() || self.overlay.is_typing() {
+            return;
+        }
+        let More { sea_level, trees, exaggeration, .. } = self.shot().imprint.more;
+        let overrides = Overrides {
+            sea_level: sea_level.and_then(|level| level.parse().ok()),
+            trees: trees.and_then(|trees| trees.parse().ok()),
+            seed: Some(seed),
+        };
+        let name = self.world.world.clone();
+        self.begin_to_open(name.as_deref(), overrides, exaggeration);
+    }
+
+    fn begin_to_open(&mut self, name: Option<&str>, overrides: Overrides, exaggeration: Option<f64>) {
         if let Some(before) = self.opening.take() {
             before.work.cancel();
             self.path_of_opening = None;
@@ -113,6 +141,8 @@ impl Flight {
             gpu: self.gpu.clone(),
             name: name.map(str::to_owned),
             reach: self.reach,
+            overrides,
+            exaggeration,
             options,
             tile_memory_mib: self.world.more.tile_memory,
             size_px: self.settings.picture_px(self.screen.size_px()),
@@ -131,6 +161,7 @@ impl Flight {
         if let Some(opening) = self.opening.take() {
             opening.work.cancel();
             self.path_of_opening = None;
+            self.settings.world_seed = self.world.scene.world.seed();
             self.inspector_is_old = true;
             self.say(About::File, format!("{}: cancelled", opening.work.title), TOAST);
         }
@@ -142,16 +173,17 @@ impl Flight {
         let Some(done) = opening.take() else {
             return true;
         };
-        let Some(OtherWorld { name, .. }) = self.opening.take() else { return false };
+        let Some(OtherWorld { name, seed, .. }) = self.opening.take() else { return false };
         match done {
             Ok(world) => {
-                if !name.is_empty() {
+                if !name.is_empty() && seed.is_none() {
                     self.note_opened(&name);
                 }
                 self.open_dialog.close();
-                self.enter(*world);
+                self.enter(*world, seed.is_some());
             }
             Err(error) => {
+                self.settings.world_seed = self.world.scene.world.seed();
                 let unread = self.path_of_opening.take().map(|path| format!("{}: not read either", named(&path)));
                 self.cannot_open(std::iter::once(error).chain(unread).collect::<Vec<_>>().join("\n"));
             }
@@ -159,8 +191,9 @@ impl Flight {
         true
     }
 
-    /// Replaces the world. The style and its edits, the size of the picture and the eyes stay.
-    fn enter(&mut self, world: FlightWorld) {
+    /// Replaces the world. The style and its edits, the size of the picture and the eyes stay; those of the same world
+    /// with another seed, `is_same`, also its light and what is on its land.
+    fn enter(&mut self, world: FlightWorld, is_same: bool) {
         let terrain = &world.surfaces.terrain;
         self.start = FlyCamera::new(&world.start, |at| ground_m(&world, at), terrain.extent_m());
         self.camera = self.start.clone();
@@ -174,11 +207,14 @@ impl Flight {
         (self.reopening, self.reading) = (None, None);
         self.leave_path();
         let of_this_world = self.path_of_opening.take();
-        self.settings.sun = world.sun;
-        self.settings.haze_m = world.light.haze_m;
-        self.settings.exaggeration = world.surfaces.exaggeration();
-        self.settings.sea_level_m = world.scene.sea_level_m;
-        self.settings.tree_seed = world.tree_seed();
+        if !is_same {
+            self.settings.sun = world.sun;
+            self.settings.haze_m = world.light.haze_m;
+            self.settings.exaggeration = world.surfaces.exaggeration();
+            self.settings.sea_level_m = world.scene.sea_level_m;
+            self.settings.tree_seed = world.tree_seed();
+        }
+        self.settings.world_seed = world.scene.world.seed();
         self.settings.focus = world.scene.focus;
         let pose = self.start.pose();
         self.last = LastPicture { pose, prepared: Prepared::default(), tiles_loaded: 0, ..self.last };

@@ -122,11 +122,12 @@ fn open() -> Harness<'static, Bench> {
             eyes: Eyes::SideBySide,
             sea_level_m: Some(3.0),
             tree_seed: Some(1),
+            world_seed: Some(1),
             ..crate::window::settings::tests::settings()
         },
         camera: FlyCamera::new(&start, |_| 0.0, [10_000.0, 10_000.0]),
         light: LightPanel::new(None),
-        land: LandPanel::new([0.0, 100.0], None),
+        land: LandPanel::new([0.0, 100.0], None, None),
         styles: Styles::with("ink").expect("a preset").0,
         requests: Vec::new(),
     };
@@ -181,6 +182,7 @@ fn every_widget_has_a_name_of_its_own() {
         "Sea level",
         "Tree seed",
         "Tree seed, next",
+        "World seed",
     ] {
         assert!(counts.contains_key(wanted), "{wanted}: {counts:?}");
     }

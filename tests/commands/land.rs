@@ -1,0 +1,124 @@
+//! The sea, the trees and the seed of a world on the command line: a scene with the option is the scene file with the key.
+
+use std::fmt::Write as _;
+
+use hachure::file::png::{Picture, read_rgba8};
+use hachure::gpu::Gpu;
+use hachure::gpu::device::AdapterWish;
+
+use crate::Place;
+
+const SIZE: [&str; 2] = ["--size", "96x54"];
+
+fn has_gpu() -> bool {
+    let has = std::env::var_os("HACHURE_REQUIRE_GPU").is_some() || Gpu::open(&AdapterWish::Best).is_ok();
+    if !has {
+        println!("skipped: no GPU");
+    }
+    has
+}
+
+/// Returns a folder with a DEM of a valley between two slopes, `valley.asc`.
+fn place() -> Place {
+    let place = Place::empty();
+    let mut text = "ncols 120\nnrows 100\nxllcorner 0\nyllcorner 0\ncellsize 25\n".to_owned();
+    for (row, column) in (0..100).flat_map(|row| (0..120).map(move |column| (row, column))) {
+        let (x, y) = (f64::from(column) - 60.0, f64::from(row) - 50.0);
+        write!(text, "{:.2} ", 500.0 + 6.0 * x.abs() + 20.0 * (y / 9.0).sin() + 0.7 * y).unwrap();
+    }
+    place.file("valley.asc", &text);
+    place
+}
+
+/// Draws a world with options and returns the picture.
+fn drawn(place: &Place, name: &str, arguments: &[&str]) -> Picture {
+    place.text(&[&["render", "-o", name][..], &SIZE, arguments].concat());
+    read_rgba8(&place.path(name)).unwrap()
+}
+
+#[test]
+fn a_sea_and_trees_are_those_of_a_scene_file() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place();
+    let view = ["--style", "wash", "--camera=0,-1150,+160,0,-8,60"];
+    for (name, text) in [
+        ("sea.toml", "[water]\nsea_level_m = 560"),
+        ("trees.toml", "[forest]\nseed = 3"),
+        ("both.toml", "[forest]\nseed = 3\n[water]\nsea_level_m = 560"),
+    ] {
+        place.file(name, &format!("[world]\ndem = \"valley.asc\"\n{text}\n"));
+    }
+    let draw = |name: &str, world: &str, more: &[&str]| drawn(&place, name, &[&[world][..], &view, more].concat());
+    let bare = draw("bare.png", "valley.asc", &[]);
+    let [sea, trees, both] = ["sea", "trees", "both"].map(|name| draw("a.png", &format!("{name}.toml"), &[]));
+    let (flooded, planted) = (&["--sea-level", "560"], &["--trees", "3"]);
+    assert!(draw("sea.png", "valley.asc", flooded) == sea && sea != bare);
+    assert!(draw("trees.png", "valley.asc", planted) == trees && trees != bare);
+    assert!(draw("both.png", "valley.asc", &[&flooded[..], planted].concat()) == both && both != sea && both != trees);
+    // Planted: another level, another seed.
+    assert!(draw("b.png", "valley.asc", &["--sea-level", "540"]) != sea);
+    assert!(draw("b.png", "valley.asc", &["--trees", "4"]) != trees);
+    // Both can be removed, and a scene's forest has another seed.
+    assert!(draw("b.png", "both.toml", &["--sea-level", "none", "--trees", "off"]) == bare);
+    assert!(draw("b.png", "both.toml", &["--trees", "off"]) == sea);
+    assert!(draw("b.png", "both.toml", &["--trees", "4", "--sea-level", "none"]) != trees);
+
+    // Pictures record it.
+    for (name, key, value) in [("sea.png", "sea_level", "560"), ("both.png", "trees", "3")] {
+        let again = drawn(&place, "again.png", &["--like", name]);
+        assert!(again == read_rgba8(&place.path(name)).unwrap(), "{name}");
+        assert_eq!(place.json(&["info", name, "--json"])["settings"][key], value, "{name}");
+    }
+    assert!(drawn(&place, "again.png", &["--like", "both.png", "--trees", "off"]) == sea);
+    // So does a benchmark.
+    place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+300,0,-10,50\n");
+    let bench = ["bench", "valley.asc", "--path", "p.csv", "--styles", "plain", "--size", "48x27", "--frames", "1"];
+    let more = ["-o", "r", "--json", "--steadiness-pairs", "0", "--sea-level", "none", "--trees", "7"];
+    let settings = &place.json(&[&bench[..], &more].concat())["settings"];
+    assert!(settings["sea_level"] == "none" && settings["trees"] == "7" && settings["seed"].is_null(), "{settings}");
+
+    for (option, wrong) in [("--sea-level", "9001"), ("--sea-level", "deep"), ("--trees", "some"), ("--seed", "-1")] {
+        let error = place.misuse(&["render", "valley.asc", "-o", "x.png", option, wrong]);
+        assert!(error.contains(option), "{error}");
+    }
+}
+
+#[test]
+fn only_grown_land_has_another_seed() {
+    let place = place();
+    let refused = |arguments: &[&str]| place.misuse(&[&["render", "-o", "x.png"], arguments].concat());
+    let error = refused(&["valley.asc", "--seed", "2"]);
+    assert!(error.starts_with("--seed 2: valley.asc: its land has no seed; only the built-in world"), "{error}");
+    let error = refused(&["hut", "--seed", "2"]);
+    assert!(error.starts_with("--seed 2: hut: its models are made for the land of seed 1"), "{error}");
+    let error = place.error(&["render", "-o", "x%d.png", "--path", "tour", "--seed", "2"]);
+    assert!(error.contains("not for the built-in world with seed 2;"), "{error}");
+    assert!(!place.path("x.png").exists());
+}
+
+#[test]
+fn a_seed_is_that_of_a_scene_file() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place();
+    place.file("two.toml", "[world]\nprocedural = { seed = 2 }\n");
+    let view = ["--style", "plain"];
+    let two = drawn(&place, "two.png", &[&["two.toml"][..], &view].concat());
+    let seeded = drawn(&place, "seeded.png", &[&view[..], &["--seed", "2"]].concat());
+    assert!(seeded == two);
+    // Planted: the land of seed 1, from the same camera.
+    let camera = place.json(&["info", "seeded.png", "--json"])["camera"].as_str().unwrap().to_owned();
+    let one = drawn(&place, "one.png", &[&view[..], &["--camera", &camera]].concat());
+    assert!(one != two);
+    // Its own seed changes nothing.
+    assert!(drawn(&place, "b.png", &[&view[..], &["--seed", "1", "--camera", &camera]].concat()) == one);
+
+    // A picture records it; another world on the command line has no seed.
+    assert!(drawn(&place, "again.png", &["--like", "seeded.png"]) == two);
+    assert_eq!(place.json(&["info", "seeded.png", "--json"])["settings"]["seed"], 2);
+    place.text(&["render", "valley.asc", "--like", "seeded.png", "-o", "valley.png"]);
+    assert!(place.json(&["info", "valley.png", "--json"])["settings"]["seed"].is_null());
+}
