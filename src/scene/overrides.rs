@@ -292,7 +292,11 @@ mod tests {
             assert!(error.contains(&format!("its {what} are made for the land of seed 7")), "{error}");
         }
         assert_eq!(refused(&format!("{grown}[forest]")), None);
-        assert_eq!(refused(&format!("{grown}{hut}scatter = {{ count = 3, within = [0, 0, 90, 90] }}")), None, "a rule finds new places");
+        assert_eq!(
+            refused(&format!("{grown}{hut}scatter = {{ count = 3, within = [0, 0, 90, 90] }}")),
+            None,
+            "a rule finds new places"
+        );
     }
 
     #[cfg(feature = "window")]

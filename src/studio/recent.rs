@@ -88,7 +88,10 @@ pub(super) fn lasting(name: &str) -> String {
 
 /// Returns a name under which something is remembered of a world with the seed that replaces its own.
 pub(crate) fn with_seed(world: String, seed: Option<u32>) -> String {
-    seed.map_or(world.clone(), |seed| format!("{world} (seed {seed})"))
+    match seed {
+        Some(seed) => format!("{world} (seed {seed})"),
+        None => world,
+    }
 }
 
 /// Returns why a file cannot be opened.

@@ -173,6 +173,8 @@ mod tests {
         assert_eq!(names(&again), ["Northface \"A\"", "View 2"]);
         assert_eq!(again.list()[1].camera, camera("1,2,300.5,4,-5,60"));
         assert_eq!(names(&open(None)), ["View 1"]);
+        let of_seed = |seed| Views::of_file(Some(settings.clone()), None, seed);
+        assert!(of_seed(Some(2)).list().is_empty(), "the land of another seed has its own");
         // A number that is gone is given again, and never twice.
         alps.remove(0).unwrap();
         alps.add(camera("0,0,0,0,0,50")).unwrap();

@@ -260,6 +260,11 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
         let error = crate::file::message::chain(error.as_ref());
         assert!(error.contains(key) || key == "encoding", "{key}: {error}");
     }
+    // A seed is that of the picture's world, and other land may have none.
+    let seeded = with("seed", "2").unwrap();
+    for (line, seed) in [("--like a.png -o b.png", Some(2)), ("own.tif --like a.png -o b.png", None)] {
+        assert_eq!(over(&parsed(line), &kind, &seeded).unwrap().world.land.seed, seed, "{line}");
+    }
     let read = with("ipd", "\"-1\"\neyes = \"left\"").unwrap();
     assert!(over(&parsed("--like a.png -o b.png"), &kind, &read).is_err());
 }
