@@ -6,6 +6,7 @@
 mod again;
 mod display;
 mod drop;
+mod land;
 mod latency;
 mod person;
 mod studio;

@@ -1,0 +1,78 @@
+//! The sea, the trees and exaggeration are changed in flight, one after the other; a picture of the window is drawn again
+//! from its imprint.
+
+use std::path::Path;
+use std::time::Duration;
+
+use hachure::file::png::read_rgba8;
+
+use crate::display::{Display, can_run, hachure, open_with, until};
+use crate::person::Person;
+use crate::{drawn_again, taken};
+
+/// Runs the program and returns what it prints.
+fn said(folder: &Path, arguments: &[&str]) -> String {
+    let output = hachure(folder).args(arguments).env("XDG_RUNTIME_DIR", folder).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn changes_of_the_land_in_a_row_are_in_the_picture() {
+    if !can_run() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let display = Display::of_size("900x640x24").expect("Xvfb must start");
+    let widgets = folder.join("widgets");
+    let environment = [("HACHURE_WIDGETS", &*widgets)];
+    let arguments = ["--style", "ink", "--antialias", "none", "--size", "900x640"];
+    let (_program, window) = open_with(&display, folder, &environment, &arguments);
+    let person = Person { display: &display, window, widgets, frame: Duration::from_millis(300) };
+    person.find("ComboBox", "Drawn style");
+    for section in ["Camera", "Performance", "Land"] {
+        person.click("DisclosureTriangle", section);
+    }
+
+    // The sea rises while the slider is held.
+    person.click("CheckBox", "Sea");
+    let sea = || person.find("Slider", "Sea level");
+    let before = sea();
+    let [x, y] = Person::middle(&before);
+    person.point([x, y]);
+    display.key(&["mousedown", "1"]);
+    person.point([x + 10.0, y]);
+    until("the sea", || Some(sea()).filter(|now| now.value != before.value));
+    display.key(&["mouseup", "1"]);
+
+    person.click("CheckBox", "Trees");
+    person.click("Button", "Tree seed, next");
+    until("the trees", || person.see("SpinButton", "Tree seed").filter(|seed| seed.value == "2"));
+    let level = sea().value;
+    let wooded = taken(&display, folder);
+    let info = said(folder, &["info", wooded.to_str().unwrap()]);
+    assert!(info.contains("trees     2\n") && info.contains(&format!("sea_level {level}")), "{level}: {info}");
+    let again = drawn_again(folder, &wooded, &[]);
+    let wooded = read_rgba8(&wooded).unwrap();
+    assert!(again == wooded);
+
+    // The trees go while the land is being read with another exaggeration.
+    person.click("SpinButton", "Exaggeration, number");
+    person.keys(&["ctrl+a"]);
+    display.key(&["type", "--delay", "20", "2"]);
+    person.keys(&["Return"]);
+    person.click("CheckBox", "Trees");
+    let high = until("the high land without trees", || {
+        std::thread::sleep(Duration::from_millis(500));
+        let path = taken(&display, folder);
+        let info = said(folder, &["info", path.to_str().unwrap()]);
+        (info.contains("exaggeration 2") && !info.contains("trees ")).then_some(path)
+    });
+    assert!(said(folder, &["info", high.to_str().unwrap()]).contains("sea_level"));
+    let again = drawn_again(folder, &high, &[]);
+    let high = read_rgba8(&high).unwrap();
+    assert!(again == high);
+    // Planted: the picture before is another one.
+    assert!(high != wooded);
+}
