@@ -158,7 +158,6 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
         camera.settle(2);
         camera.film(REST);
     }
-    camera.take("3-controls");
     camera.write_film("inspector");
     person.keys(&["h"]);
 
@@ -170,7 +169,7 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
     until("the name", || {
         Some(person.find("TextInput", "Name of the new style file")).filter(|field| field.value == "my-pen.toml")
     });
-    camera.take("4-save");
+    camera.take("3-save");
     person.keys(&["Return"]);
     until("the style file", || home.join("my-pen.toml").exists().then_some(()));
 
@@ -185,11 +184,11 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
     person.click("TextInput", "Title below the picture");
     display.key(&["type", "--delay", "40", "My mountains"]);
     rest(1);
-    camera.take("5-export");
+    camera.take("4-export");
     let poster = home.join(person.find("TextInput", "Path of the output").value);
     person.click("Button", "Export");
     rest(5);
-    camera.take("6-exporting");
+    camera.take("5-exporting");
     let begun = Instant::now();
     while !poster.exists() {
         assert!(begun.elapsed() < POSTER, "the poster is not written: {}", printed(home));
@@ -202,8 +201,6 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
     let imprint = Command::new(env!("CARGO_BIN_EXE_hachure")).args(["info", "--json"]).arg(&poster).output().unwrap();
     let imprint = String::from_utf8(imprint.stdout).unwrap();
     assert!(imprint.contains("my-pen") && imprint.contains("My mountains"), "{imprint}");
-    rest(2);
-    camera.take("7-done");
 
     person.keys(&["Escape"]);
     until("the closed dialog", || person.see("TextInput", "Path of the output").is_none().then_some(()));
