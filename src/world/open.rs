@@ -396,9 +396,14 @@ impl OpenWorld {
         self.surfaces.terrain.extent_m()
     }
 
-    /// Returns the light and atmosphere of the scene.
+    /// Returns the light and atmosphere of the scene. Land that is higher than it is wide is as clear as land that is as
+    /// wide as it is high.
     pub fn light(&self) -> Light {
-        self.scene.light(self.extent_m())
+        let [east_m, north_m] = self.extent_m();
+        let [low_m, high_m] = self.surfaces.terrain.range_m().map(f64::from);
+        let tallness = 2.0 * (high_m - low_m) / east_m.hypot(north_m);
+        let scale = if tallness.is_finite() { tallness.max(1.0) } else { 1.0 };
+        self.scene.light([scale * east_m, scale * north_m])
     }
 
     /// Returns the ground height in metres; in holes and outside, the lowest height.

@@ -7,14 +7,15 @@
 
 use glam::{DVec2, DVec3};
 
-use super::raster::Raster;
-use crate::scene::Light;
+use super::ground::{Land, Span};
+use super::summit::form_of_mountain;
 use crate::scene::camera::Camera;
 
 /// Vertical field of view, in degrees.
 pub(super) const FOV_DEG: f64 = 45.0;
-/// Number of columns along which pictures are judged.
+/// Number of columns along which pictures are judged, and of rows of fields whose detail is compared.
 const COLUMNS: usize = 25;
+const ROWS: usize = 16;
 /// Number of directions from which the place is looked at.
 const DIRECTIONS: u32 = 36;
 /// Distances, as factors of the most suitable one.
@@ -26,25 +27,25 @@ const PLACES: [f64; 5] = [0.28, 0.33, 0.38, 0.44, 0.5];
 /// Largest pitch, in degrees: the horizon is above the middle of the picture.
 const LARGEST_PITCH_DEG: f64 = -1.0;
 /// Largest part of the picture without land.
-const MOST_SKY: f64 = 0.38;
+pub(super) const MOST_SKY: f64 = 0.38;
 /// Slope below the horizon down to which the space beyond the data looks like sky.
-const LIKE_SKY: f64 = 0.02;
+pub(super) const LIKE_SKY: f64 = 0.02;
 /// Slope below the horizon from which on it is seen to be none: it counts as no-data.
-const UNLIKE_SKY: f64 = 0.11;
+pub(super) const UNLIKE_SKY: f64 = 0.11;
 /// The smallest distance of the camera, in samples of the finest level.
 const LEAST_SAMPLES: f64 = 24.0;
 /// The most suitable distance is at most this part of the distance at which haze takes most of the contrast.
 const CLEAR_PART: f64 = 0.8;
 
-/// Heights in two resolutions: of the whole world, and around the place.
-pub(super) struct Land<'a> {
-    pub whole: &'a Raster,
-    pub near: Option<&'a Raster>,
-    /// Distance between samples of the finest level, in metres.
-    pub spacing_m: f64,
-    /// Light and haze.
-    pub light: Light,
-}
+/// Radius of the land around a place that is not a mountain, as a part of the size of the data.
+const LEVEL_PART: f64 = 0.1;
+/// Cost of no-data and of too much sky from which on the land is also looked at from above.
+const MOST_BLANK: f64 = 1.5;
+/// Weight of the detail of the land in view, and the detail that suffices: a factor of the contrast of the land.
+const DETAIL_WEIGHT: f64 = 6.0;
+const ENOUGH_DETAIL: f64 = 0.5;
+/// How much of the cost of a camera the best picture may take off.
+const BEST_PICTURE: f64 = DETAIL_WEIGHT * ENOUGH_DETAIL + 1.0;
 
 /// What is to be shown.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +56,10 @@ pub(super) struct Subject {
     pub radius_m: f64,
     /// How far the land falls over that radius, in metres; 0 if it does not.
     pub drop_m: f64,
+    /// Radius of the top around the place, in metres.
+    pub top_m: f64,
+    /// The larger side of the land, in metres.
+    pub size_m: f64,
     /// Direction and distance from which it is looked at, if they are given: the azimuth of the camera seen from the
     /// place, in degrees, and metres.
     pub from: Option<[f64; 2]>,
@@ -73,105 +78,48 @@ pub(super) struct Seen {
     pub near: f64,
     /// Number of outlines of land before land, in the mean column.
     pub outlines: f64,
+    /// Mean difference of the tones between neighbouring fields of the picture, in haze; 0 where there is no land.
+    pub detail: f64,
 }
 
-/// A part of a column of the picture, between two slopes as seen from the camera.
-struct Span {
-    slopes: [f64; 2],
-    is_land: bool,
-    /// Distance of the land, in metres.
-    away_m: f64,
+/// A field of a picture: how much of it is land, and sums over that land of its tone and of its contrast in haze.
+pub(super) type Field = [f64; 3];
+
+/// A camera, and how bad the picture is that it sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    pub camera: Camera,
+    pub cost: f64,
+    pub seen: Seen,
 }
 
 impl Land<'_> {
-    /// Returns the height of the land at a place; NaN without data.
-    pub(super) fn height_m(&self, place_m: DVec2) -> f64 {
-        match self.near {
-            Some(near) if near.contains(place_m) => near.height_m(place_m),
-            _ => self.whole.height_m(place_m),
-        }
-    }
-
-    fn cell_m(&self, place_m: DVec2) -> f64 {
-        self.near.filter(|near| near.contains(place_m)).unwrap_or(self.whole).cell_m
-    }
-
-    /// Returns the highest land at a place and around it; NaN without data.
-    fn highest_m(&self, place_m: DVec2) -> f64 {
-        let cell_m = self.cell_m(place_m);
-        let around = [[0.0, 0.0], [1.5, 0.0], [-1.5, 0.0], [0.0, 1.5], [0.0, -1.5]];
-        let heights = around.map(|step| self.height_m(place_m + cell_m * DVec2::from_array(step)));
-        if heights[0].is_nan() { f64::NAN } else { heights.into_iter().fold(heights[0], f64::max) }
-    }
-
-    /// Returns the spans of a column of the picture from the ground below the camera upward, and the slope of the last
-    /// land.
-    fn column(&self, eye_m: DVec3, azimuth_rad: f64, scale_m: f64, spans: &mut Vec<Span>) -> f64 {
-        spans.clear();
-        let (sin, cos) = azimuth_rad.sin_cos();
-        let (way, start_m) = (DVec2::new(sin, cos), eye_m.truncate());
-        let [low_m, high_m] = self.whole.corners_m();
-        let reach_m = (high_m - low_m).length() + (start_m - start_m.clamp(low_m, high_m)).length();
-        let mut away_m = (0.02 * scale_m).max(0.5 * self.cell_m(start_m));
-        let mut steepest = -1e9;
-        let mut was_hidden = false;
-        let mut was_void = self.height_m(start_m).is_nan();
-        while away_m < reach_m {
-            let at_m = start_m + away_m * way;
-            let height_m = self.height_m(at_m);
-            if height_m.is_nan() {
-                was_void = true;
-            } else {
-                let slope = (height_m - eye_m.z) / away_m;
-                if slope > steepest {
-                    // Between land and the land behind a hole, one looks below the land.
-                    spans.push(Span { slopes: [steepest, slope], is_land: !was_void, away_m });
-                    if was_hidden {
-                        // Marks an outline: nothing of the land between was seen.
-                        spans.push(Span { slopes: [slope, slope], is_land: true, away_m });
-                    }
-                    (steepest, was_hidden) = (slope, false);
-                } else {
-                    was_hidden = true;
-                }
-                was_void = false;
-            }
-            away_m += (0.8 * self.cell_m(at_m)).max(0.025 * away_m);
-        }
-        steepest
-    }
-
-    /// Returns whether a place is visible from an eye, and whether it is also higher than all that is behind it.
-    fn sees(&self, eye_m: DVec3, place_m: DVec3) -> (bool, bool) {
-        let way_m = place_m.truncate() - eye_m.truncate();
-        let distance_m = way_m.length();
+    /// Returns what is to be shown at a place: the mountain there. `top_m` is the radius of its top.
+    pub(super) fn subject(&self, place_m: DVec3, top_m: f64, size_m: f64, from: Option<[f64; 2]>) -> Subject {
         let cell_m = self.cell_m(place_m.truncate());
-        let slope = (place_m.z - eye_m.z) / distance_m;
-        let steps = (distance_m / (0.8 * cell_m)).clamp(8.0, 2000.0) as u32;
-        let slope_at = |part: f64| (self.height_m(eye_m.truncate() + part * way_m) - eye_m.z) / (part * distance_m);
-        let is_seen = (1..steps).all(|step| {
-            let part = f64::from(step) / f64::from(steps);
-            let found = slope_at(part);
-            // The summit's own cells hide nothing.
-            found.is_nan() || (1.0 - part) * distance_m < 2.5 * cell_m || found <= slope
-        });
-        let behind_m = 1.5 * cell_m;
-        let mut away_m = distance_m + behind_m;
-        let mut is_skyline = is_seen;
-        while is_skyline && self.whole.contains(eye_m.truncate() + away_m / distance_m * way_m) {
-            let found = slope_at(away_m / distance_m);
-            is_skyline = found.is_nan() || found <= slope;
-            away_m += (0.8 * cell_m).max(0.03 * (away_m - distance_m));
-        }
-        (is_seen, is_skyline)
+        // The foot of a mountain is below its top.
+        let radii_m = [(2.0 * cell_m).max(1.5 * top_m).min(0.25 * size_m), 0.5 * size_m];
+        let form = form_of_mountain(|at| self.height_m(at), place_m.truncate(), place_m.z, radii_m);
+        let [radius_m, drop_m] = form.unwrap_or([LEVEL_PART * size_m, 0.0]);
+        Subject { place_m, radius_m, drop_m, top_m, size_m, from }
     }
 
-    /// Returns a camera that shows the subject, for a picture of `aspect` (width over height).
-    pub(super) fn framed(&self, subject: &Subject, aspect: f64) -> Camera {
+    /// Returns a camera that shows the subject, for a picture of `aspect` (width over height). Land that no usual camera
+    /// shows well, such as a tower, is seen from above.
+    pub(super) fn framed(&self, subject: &Subject, aspect: f64) -> Judged {
+        let usual = self.framed_as_usual(subject, aspect);
+        if usual.seen.blank() < MOST_BLANK || subject.from.is_some() {
+            return usual;
+        }
+        let above = self.framed_from_above(subject, aspect);
+        above.filter(|above| above.seen.blank() < usual.seen.blank()).unwrap_or(usual)
+    }
+
+    fn framed_as_usual(&self, subject: &Subject, aspect: f64) -> Judged {
         let place_m = subject.place_m;
         let to_sun = self.light.to_sun;
         let sun_deg = to_sun.x.atan2(to_sun.y).to_degrees();
-        let [low_m, high_m] = self.whole.corners_m();
+        let [low_m, high_m] = self.whole.raster.corners_m();
         let longest_m = 1.5 * (high_m - low_m).length();
         let least_m = (LEAST_SAMPLES * self.spacing_m).min(0.5 * longest_m);
         // What is far away is lost in haze.
@@ -188,11 +136,9 @@ impl Land<'_> {
                 DISTANCES.map(|factor| (factor * wanted_m).max(least_m)).to_vec(),
             ),
         };
-        let mut best: Option<(f64, Camera)> = None;
+        let mut best: Option<Judged> = None;
         for yaw_deg in azimuths {
-            // 90° is light from the side, 0° from the front and 180° from behind.
-            let side_deg = ((sun_deg - yaw_deg + 180.0).rem_euclid(360.0) - 180.0).abs();
-            let light = ((side_deg - 78.0) / 30.0).powi(2) + if (45.0..=115.0).contains(&side_deg) { 0.0 } else { 3.0 };
+            let light = cost_of_light(sun_deg - yaw_deg);
             for &distance_m in &distances_m {
                 let (sin, cos) = yaw_deg.to_radians().sin_cos();
                 let eye_m = place_m.truncate() - distance_m * DVec2::new(sin, cos);
@@ -215,16 +161,16 @@ impl Land<'_> {
                         + 3.0 * (distance_m / haze_m - CLEAR_PART).clamp(0.0, 3.0)
                         + 0.5 * light
                         + off_data;
-                    if best.as_ref().is_some_and(|(known, _)| cost - 1.0 > *known) {
+                    if best.as_ref().is_some_and(|best| cost - BEST_PICTURE > best.cost) {
                         continue;
                     }
-                    let (is_seen, is_skyline) = self.sees(eye_m, place_m);
+                    let (is_seen, is_skyline) = self.sees(eye_m, place_m, subject.top_m);
                     cost += if is_seen { 0.0 } else { 12.0 };
                     // A mountain is recognised by its outline before the sky; on gentle land there is hardly one.
                     cost += if is_skyline { 0.0 } else { 2.0 * (1.0 - gentle * gentle) };
-                    for (pitch_deg, seen, place) in self.seen(eye_m, yaw_deg, up_deg, distance_m, aspect) {
-                        let cost = cost + seen.cost() + 8.0 * (place - 0.4_f64).powi(2);
-                        if best.as_ref().is_none_or(|(known, _)| cost < *known) {
+                    for (pitch_deg, seen, place) in self.seen(eye_m, [yaw_deg, up_deg], [distance_m, haze_m], aspect) {
+                        let cost = cost + seen.cost(self.contrast) + 8.0 * (place - 0.4_f64).powi(2);
+                        if best.as_ref().is_none_or(|best| cost < best.cost) {
                             let camera = Camera {
                                 position_m: eye_m,
                                 height_above_ground: false,
@@ -232,28 +178,35 @@ impl Land<'_> {
                                 pitch_deg,
                                 fov_deg: FOV_DEG,
                             };
-                            best = Some((cost, camera));
+                            best = Some(Judged { camera, cost, seen });
                         }
                     }
                 }
             }
         }
-        match best {
-            Some((_, camera)) => camera,
-            // Not reached: the first camera is always better than none.
-            None => Camera {
+        // Not reached: the first camera is always better than none.
+        best.unwrap_or_else(|| Judged {
+            camera: Camera {
                 position_m: place_m + DVec3::Z * wanted_m,
                 height_above_ground: false,
                 yaw_deg: 0.0,
                 pitch_deg: -89.0,
                 fov_deg: FOV_DEG,
             },
-        }
+            cost: f64::INFINITY,
+            seen: Seen { empty: 1.0, ..Seen::default() },
+        })
     }
 
     /// Returns the pitches by which a place `down_deg` below the eye is in the upper half of the picture, each with what
     /// the camera sees, and with the part of the picture above the place.
-    fn seen(&self, eye_m: DVec3, yaw_deg: f64, down_deg: f64, distance_m: f64, aspect: f64) -> Vec<(f64, Seen, f64)> {
+    fn seen(
+        &self,
+        eye_m: DVec3,
+        [yaw_deg, down_deg]: [f64; 2],
+        [distance_m, haze_m]: [f64; 2],
+        aspect: f64,
+    ) -> Vec<(f64, Seen, f64)> {
         let half = (0.5 * FOV_DEG).to_radians().tan();
         let pitch_deg = |place: f64| {
             let pitch_deg = -down_deg - ((1.0 - 2.0 * place) * half).atan().to_degrees();
@@ -271,12 +224,16 @@ impl Land<'_> {
         let Some((first_deg, ..)) = found.first() else { return found };
         let level = first_deg.to_radians().cos().max(0.2);
         let mut spans = Vec::new();
+        let mut before: Vec<Option<[Field; ROWS]>> = vec![None; found.len()];
         for column in 0..COLUMNS {
             let across = (2.0 * (column as f64 + 0.5) / COLUMNS as f64 - 1.0) * half * aspect;
             let beside_rad = (across / level).atan();
             let last = self.column(eye_m, yaw_deg.to_radians() + beside_rad, distance_m, &mut spans);
-            for (pitch_deg, seen, _) in &mut found {
-                seen.add(&spans, last, Column { pitch_rad: pitch_deg.to_radians(), beside_rad, half }, distance_m);
+            for ((pitch_deg, seen, _), before) in found.iter_mut().zip(&mut before) {
+                let column = Column { pitch_rad: pitch_deg.to_radians(), beside_rad, half };
+                let fields = seen.add(&spans, last, column, [distance_m, haze_m]);
+                seen.add_detail(&fields, before.as_ref().map(|before| &before[..]), COLUMNS);
+                *before = Some(fields);
             }
         }
         found
@@ -307,8 +264,9 @@ impl Column {
 }
 
 impl Seen {
-    /// Adds one of the columns.
-    fn add(&mut self, spans: &[Span], last: f64, column: Column, distance_m: f64) {
+    /// Adds one of the columns, and returns its fields.
+    fn add(&mut self, spans: &[Span], last: f64, column: Column, [distance_m, haze_m]: [f64; 2]) -> [Field; ROWS] {
+        let mut fields = [[0.0; 3]; ROWS];
         let weight = 1.0 / COLUMNS as f64;
         let part = |[low, high]: [f64; 2]| weight * (column.part(high) - column.part(low)).max(0.0);
         for span in spans {
@@ -319,24 +277,61 @@ impl Seen {
             } else if !span.is_land {
                 self.no_data += share;
                 self.empty += share;
-            } else if span.away_m < 0.2 * distance_m {
-                self.near += share;
+            } else {
+                self.near += if span.away_m < 0.2 * distance_m { share } else { 0.0 };
+                let [low, high] = span.slopes.map(|slope| ROWS as f64 * column.part(slope));
+                let contrast = (-span.away_m / haze_m).exp();
+                for row in low as usize..(high.ceil() as usize).min(ROWS) {
+                    let land = high.min(row as f64 + 1.0) - low.max(row as f64);
+                    for (sum, value) in fields[row].iter_mut().zip([1.0, span.tone, contrast]) {
+                        *sum += land * value;
+                    }
+                }
             }
         }
         // Rays above the last land end in the sky; those that point down are seen to pass the edge of the data.
         self.empty += weight * (1.0 - column.part(last));
         self.beyond += part([last, -LIKE_SKY]);
         self.no_data += part([last, -UNLIKE_SKY]);
+        fields
     }
 
-    /// Returns how bad a picture is.
-    fn cost(&self) -> f64 {
-        60.0 * self.no_data
+    /// Adds the detail of a column of fields and of the differences from the column before, of which there are
+    /// `columns`.
+    pub(super) fn add_detail(&mut self, fields: &[Field], before: Option<&[Field]>, columns: usize) {
+        let weight = 1.0 / (columns * fields.len()) as f64;
+        let below = fields.windows(2).map(|pair| difference(pair[0], pair[1])).sum::<f64>();
+        let beside = before.map_or(0.0, |before| fields.iter().zip(before).map(|(a, b)| difference(*a, *b)).sum());
+        self.detail += 0.5 * weight * (below + beside);
+    }
+
+    /// Returns how bad no-data and too much sky are.
+    pub(super) fn blank(&self) -> f64 {
+        60.0 * self.no_data + 400.0 * (self.empty - MOST_SKY).max(0.0)
+    }
+
+    /// Returns how bad a picture is, of land with a contrast of its own.
+    pub(super) fn cost(&self, contrast: f64) -> f64 {
+        self.blank()
             + 6.0 * self.beyond
             + 40.0 * (self.beyond - 0.08).max(0.0)
-            + 400.0 * (self.empty - MOST_SKY).max(0.0)
             + 2.0 * (0.1 - self.empty).max(0.0)
-            + 3.0 * (self.near - 0.3).max(0.0)
+            + 5.0 * (self.near - 0.25).max(0.0)
             - 0.25 * self.outlines.min(3.0)
+            - DETAIL_WEIGHT * (self.detail / contrast).min(ENOUGH_DETAIL)
     }
+}
+
+/// Returns the difference of the tones of two fields, in haze; 0 if one of them is not mostly land.
+fn difference([land, tone, contrast]: Field, [other, other_tone, other_contrast]: Field) -> f64 {
+    if land < 0.5 || other < 0.5 {
+        return 0.0;
+    }
+    (tone / land - other_tone / other).abs() * (contrast / land).min(other_contrast / other)
+}
+
+/// Returns the cost of light: 90° beside the view is from the side, 0° from the front and 180° from behind.
+pub(super) fn cost_of_light(beside_deg: f64) -> f64 {
+    let side_deg = ((beside_deg + 180.0).rem_euclid(360.0) - 180.0).abs();
+    ((side_deg - 78.0) / 30.0).powi(2) + if (45.0..=115.0).contains(&side_deg) { 0.0 } else { 3.0 }
 }

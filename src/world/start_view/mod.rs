@@ -3,13 +3,15 @@
 //! The start view shows the most prominent summit, with light from the side, the horizon above the middle, and no view
 //! onto no-data. Why: `docs/decisions/start-view.md`.
 
+mod above;
 mod framing;
+mod ground;
 mod raster;
 mod summit;
 
 use glam::{DVec2, DVec3};
 
-use self::framing::{Land, Subject};
+use self::ground::Land;
 use self::raster::Raster;
 use super::OpenWorld;
 use crate::pyramid::PyramidError;
@@ -25,8 +27,6 @@ const ASPECTS: [f64; 2] = [0.3, 4.0];
 /// be.
 const NEAR_CELLS: f64 = 160.0;
 const LEAST_FINER: f64 = 0.7;
-/// Radius of the land around a place that is not a mountain, as a part of the size of the data.
-const LEVEL_PART: f64 = 0.1;
 
 impl OpenWorld {
     /// Returns the scene's start, or else a camera that frames the most prominent summit, for a picture of 16 : 9.
@@ -60,7 +60,7 @@ impl OpenWorld {
         let Some(height_m) = terrain.height_m(place_m) else { return Ok(None) };
         let whole = Raster::read(terrain, terrain.corners_m())?;
         let from = from.map(|StandPoint { azimuth_deg, distance_m }| [azimuth_deg, distance_m]);
-        self.framed(&whole, place_m.extend(height_m), from, aspect)
+        self.framed(&whole, place_m.extend(height_m), 0.0, from, aspect)
     }
 
     fn summit_camera(&self, aspect: f64) -> Result<Option<Camera>, PyramidError> {
@@ -74,7 +74,7 @@ impl OpenWorld {
         }
         let Some(summit) = summit::most_prominent(&whole) else { return Ok(None) };
         let place_m = whole.place_m(summit.cell).extend(f64::from(summit.height_m));
-        self.framed(&whole, self.refined(&whole, place_m)?, None, aspect)
+        self.framed(&whole, self.refined(&whole, place_m)?, summit.top_m, None, aspect)
     }
 
     /// Returns the highest place of the finer raster within a cell of a summit: means of cells are lower.
@@ -87,10 +87,12 @@ impl OpenWorld {
         Ok(highest.map_or(summit_m, |(at, height_m)| around.place_m(around.cell(at)).extend(f64::from(*height_m))))
     }
 
+    /// Returns a camera that shows a place whose top has the radius `top_m`.
     fn framed(
         &self,
         whole: &Raster,
         place_m: DVec3,
+        top_m: f64,
         from: Option<[f64; 2]>,
         aspect: f64,
     ) -> Result<Option<Camera>, PyramidError> {
@@ -101,19 +103,17 @@ impl OpenWorld {
         let levels = terrain.store().levels()[0];
         let spacing_m = size_m.min((terrain.corners_m()[1] - terrain.corners_m()[0]).max_element())
             / f64::from(levels.width.max(levels.height));
-        let land = Land { whole, near: near.as_ref(), spacing_m, light: self.light() };
-        let radii_m = [2.0 * land.near.unwrap_or(whole).cell_m, 0.5 * size_m];
-        let form = summit::form_of_mountain(|at| land.height_m(at), place_m.truncate(), place_m.z, radii_m);
-        let [radius_m, drop_m] = form.unwrap_or([LEVEL_PART * size_m, 0.0]);
-        let subject = Subject { place_m, radius_m, drop_m, from };
+        let land = Land::new(whole, near.as_ref(), spacing_m, self.light(), place_m.truncate(), size_m);
+        let subject = land.subject(place_m, top_m, size_m, from);
         let aspect = if aspect.is_finite() { aspect.clamp(ASPECTS[0], ASPECTS[1]) } else { USUAL_ASPECT };
-        let mut camera = land.framed(&subject, aspect);
+        let mut camera = land.framed(&subject, aspect).camera;
         // The land of the finest level may be higher than that of the raster.
         let ground_m = terrain.height_m(camera.position_m.truncate()).unwrap_or(f64::NEG_INFINITY);
         camera.position_m.z = camera.position_m.z.max(ground_m + 2.0 * land.spacing_m.min(20.0));
         camera.position_m = rounded(camera.position_m, land.spacing_m);
-        camera.yaw_deg = (camera.yaw_deg * 10.0).round() / 10.0;
-        camera.pitch_deg = (camera.pitch_deg * 10.0).round() / 10.0;
+        let steps_per_deg = if camera.fov_deg < 10.0 { 100.0 } else { 10.0 };
+        camera.yaw_deg = (camera.yaw_deg * steps_per_deg).round() / steps_per_deg;
+        camera.pitch_deg = (camera.pitch_deg * steps_per_deg).round() / steps_per_deg;
         Ok(Some(camera))
     }
 

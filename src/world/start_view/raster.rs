@@ -116,14 +116,16 @@ impl Raster {
         UVec2::new((index % self.size[0]) as u32, (index / self.size[0]) as u32)
     }
 
-    /// Returns the height of the cell at a place; NaN outside, and without data.
-    pub(super) fn height_m(&self, place_m: DVec2) -> f64 {
+    /// Returns the index of the cell at a place; `None` outside.
+    pub(super) fn index(&self, place_m: DVec2) -> Option<usize> {
         let cell = ((place_m - self.first_m) / self.cell_m + 0.5).floor();
         let is_inside = cell.cmpge(DVec2::ZERO).all() && cell.x < self.size[0] as f64 && cell.y < self.size[1] as f64;
-        if !is_inside {
-            return f64::NAN;
-        }
-        f64::from(self.heights_m[cell.y as usize * self.size[0] + cell.x as usize])
+        is_inside.then(|| cell.y as usize * self.size[0] + cell.x as usize)
+    }
+
+    /// Returns the height of the cell at a place; NaN outside, and without data.
+    pub(super) fn height_m(&self, place_m: DVec2) -> f64 {
+        self.index(place_m).map_or(f64::NAN, |at| f64::from(self.heights_m[at]))
     }
 
     /// Returns whether a place is in the rectangle of the lattice.

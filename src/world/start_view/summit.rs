@@ -8,9 +8,12 @@ use glam::{DVec2, IVec2, UVec2};
 
 use super::raster::Raster;
 
+/// No-data that reaches the edge of the raster is outside of the data if it has this part of its own rim there, and else
+/// a hole, such as the shadows of a radar in mountains.
+const LEAST_OF_RIM: f64 = 0.3;
 /// A summit inside the data is taken if it has this part of the range of heights as its prominence; else the highest
 /// point is, which may be on the edge of the data.
-const LEAST_PART: f32 = 0.1;
+const LEAST_PART: f32 = 0.2;
 /// The top of a mountain is what is at most this part of its prominence below the summit.
 const TOP_PART: f32 = 0.005;
 /// Number of places on a ring around a summit.
@@ -24,6 +27,8 @@ pub(super) struct Summit {
     pub cell: UVec2,
     pub height_m: f32,
     pub prominence_m: f32,
+    /// Radius of the top around it, in metres.
+    pub top_m: f64,
 }
 
 const NEIGHBOURS: [IVec2; 8] = [
@@ -55,7 +60,7 @@ pub(super) fn most_prominent(raster: &Raster) -> Option<Summit> {
     let (mut best, mut best_inside): (Option<Summit>, Option<Summit>) = (None, None);
     let mut end = |summit: u32, prominence_m: f32| {
         let cell = raster.cell(summit as usize);
-        let found = Summit { cell, height_m: heights_m[summit as usize], prominence_m };
+        let found = Summit { cell, height_m: heights_m[summit as usize], prominence_m, top_m: 0.0 };
         let is_more = |known: &Option<Summit>| known.is_none_or(|known| prominence_m > known.prominence_m);
         if is_more(&best) {
             best = Some(found);
@@ -85,15 +90,24 @@ pub(super) fn most_prominent(raster: &Raster) -> Option<Summit> {
         }
     }
     // Islands that nothing joins: separated by no-data, or the whole land.
+    // They are not higher above other land than above their own: a patch of a valley between holes is no mountain.
+    let mut feet_m = vec![f32::INFINITY; heights_m.len()];
+    for &at in &order {
+        if let Some(summit) = islands.summit(at) {
+            feet_m[summit as usize] = feet_m[summit as usize].min(heights_m[at as usize]);
+        }
+    }
     for &at in order.iter().filter(|at| islands.parents[**at as usize] == **at) {
-        end(at, heights_m[at as usize] - lowest_m);
+        end(at, heights_m[at as usize] - feet_m[at as usize]);
     }
     let found = best_inside.filter(|inside| inside.prominence_m >= LEAST_PART * relief_m).or(best)?;
-    Some(Summit { cell: middle_of_top(raster, found), ..found })
+    let (cell, top_m) = middle_of_top(raster, found);
+    Some(Summit { cell, top_m, ..found })
 }
 
-/// Returns the cell in the middle of the top around a summit: of a plateau, not one of the cells of its rim.
-fn middle_of_top(raster: &Raster, summit: Summit) -> UVec2 {
+/// Returns the cell in the middle of the top around a summit (of a plateau, not one of the cells of its rim), and the
+/// distance of the top's farthest cell from it in metres.
+fn middle_of_top(raster: &Raster, summit: Summit) -> (UVec2, f64) {
     let least_m = summit.height_m - TOP_PART * summit.prominence_m;
     let first = summit.cell.y * raster.size[0] as u32 + summit.cell.x;
     let (mut top, mut waiting) = (Vec::new(), vec![first]);
@@ -108,7 +122,10 @@ fn middle_of_top(raster: &Raster, summit: Summit) -> UVec2 {
     }
     let middle = top.iter().sum::<DVec2>() / top.len() as f64;
     let apart = |cell: &DVec2| cell.distance_squared(middle);
-    top.into_iter().min_by(|a, b| apart(a).total_cmp(&apart(b))).map_or(summit.cell, |cell| cell.as_uvec2())
+    let cell = top.iter().copied().min_by(|a, b| apart(a).total_cmp(&apart(b)));
+    let cell = cell.unwrap_or_else(|| summit.cell.as_dvec2());
+    let farthest = top.iter().map(|other| other.distance(cell)).fold(0.0, f64::max);
+    (cell.as_uvec2(), farthest * raster.cell_m)
 }
 
 /// Returns the indices of the cells around a cell; `None` outside of the raster.
@@ -121,22 +138,36 @@ fn neighbours(raster: &Raster, cell: UVec2) -> impl Iterator<Item = Option<u32>>
     })
 }
 
-/// Returns for each cell whether it is outside of the data: without data, and not in a hole that data enclose.
+/// Returns for each cell whether it is outside of the data: without data, and not in a hole in them.
 fn outside(raster: &Raster) -> Vec<bool> {
-    let [width, height] = raster.size;
-    let mut is_outside = vec![false; width * height];
-    let is_border = |at: u32| {
-        let [column, row] = [at as usize % width, at as usize / width];
-        column == 0 || row == 0 || column + 1 == width || row + 1 == height
-    };
-    let mut waiting: Vec<u32> = (0..(width * height) as u32).filter(|at| is_border(*at)).collect();
-    waiting.retain(|at| raster.heights_m[*at as usize].is_nan());
-    while let Some(at) = waiting.pop() {
-        if std::mem::replace(&mut is_outside[at as usize], true) {
-            continue;
+    let has_none = |at: u32| raster.heights_m[at as usize].is_nan();
+    let mut is_outside = vec![false; raster.heights_m.len()];
+    let mut is_known = is_outside.clone();
+    for first in (0..raster.heights_m.len() as u32).filter(|at| has_none(*at)) {
+        let (mut patch, mut waiting) = (Vec::new(), vec![first]);
+        let (mut on_edge, mut on_data) = (0.0, 0.0);
+        while let Some(at) = waiting.pop() {
+            if std::mem::replace(&mut is_known[at as usize], true) {
+                continue;
+            }
+            patch.push(at);
+            let (mut is_on_edge, mut is_on_data) = (false, false);
+            for neighbour in neighbours(raster, raster.cell(at as usize)) {
+                match neighbour {
+                    None => is_on_edge = true,
+                    Some(neighbour) if !has_none(neighbour) => is_on_data = true,
+                    Some(neighbour) if !is_known[neighbour as usize] => waiting.push(neighbour),
+                    Some(_) => (),
+                }
+            }
+            on_edge += f64::from(u8::from(is_on_edge));
+            on_data += f64::from(u8::from(is_on_data));
         }
-        let around = neighbours(raster, raster.cell(at as usize)).flatten();
-        waiting.extend(around.filter(|at| raster.heights_m[*at as usize].is_nan() && !is_outside[*at as usize]));
+        if on_edge > LEAST_OF_RIM * (on_edge + on_data) {
+            for at in patch {
+                is_outside[at as usize] = true;
+            }
+        }
     }
     is_outside
 }
@@ -228,6 +259,8 @@ mod tests {
         });
         let at = plateau.place_m(most_prominent(&plateau).unwrap().cell);
         assert!(at.distance(DVec2::new(0.0, 200.0)) < 15.0, "{at}");
+        let top_m = most_prominent(&plateau).unwrap().top_m;
+        assert!((590.0..630.0).contains(&top_m), "{top_m}");
         // On a plane that is tilted, nothing but the edge stands out; a plain has its middle.
         let tilted = Raster::of(101, 10.0, |x, y| 0.1 * x + 0.05 * y);
         assert_eq!(most_prominent(&tilted).unwrap().cell, UVec2::new(100, 100));
@@ -250,6 +283,22 @@ mod tests {
         // A mountain that the data are cut through is not: what remains of it is highest on the edge.
         let found = with(|x, _| x < -150.0);
         assert!(found.distance(DVec2::new(700.0, 500.0)) < 15.0, "{found}");
+    }
+
+    #[test]
+    fn shadows_of_a_radar_are_holes_even_at_the_edge() {
+        let (main, other) = (hill([-300.0, 500.0], 900.0, 900.0), hill([600.0, -600.0], 300.0, 300.0));
+        // The hole around the summit reaches the northern edge. A patch of a valley in it is no mountain, though nothing
+        // joins it to higher land.
+        let found = {
+            let raster = Raster::of(201, 10.0, |x, y| match (x + 300.0).abs().max((y - 720.0).abs() - 200.0) {
+                _ if (x + 300.0).hypot(y - 750.0) < 35.0 => 600.0 - 0.1 * (x + 300.0).hypot(y - 750.0),
+                away if away < 80.0 => f64::NAN,
+                _ => main(x, y).max(other(x, y)),
+            });
+            raster.place_m(most_prominent(&raster).unwrap().cell)
+        };
+        assert!((found.x + 300.0).abs() < 100.0 && (400.0..520.0).contains(&found.y), "{found}");
     }
 
     #[test]
