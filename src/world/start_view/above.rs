@@ -18,15 +18,22 @@ const HEIGHTS_DEG: [f64; 9] = [24.0, 36.0, 48.0, 58.0, 67.0, 74.0, 80.0, 84.0, 8
 const FOVS_DEG: [f64; 7] = [45.0, 30.0, 19.0, 11.0, 6.0, 3.0, 1.5];
 /// Widths of the picture at the place, as parts of the size of the land.
 const WIDTHS: [f64; 6] = [0.8, 0.5, 0.32, 0.2, 0.12, 0.07];
-/// Where the place is in the picture: parts of its height, from the top.
-const PLACES: [f64; 3] = [0.32, 0.42, 0.52];
-/// Columns and rows of rays along which all cameras are judged, and then the best [`FINALISTS`] of them; and how far the
-/// rays go in each step, in cells.
-const FIRST_RAYS: [usize; 2] = [12, 8];
-const FIRST_STEP: f64 = 3.0;
-const STEP: f64 = 0.9;
-const RAYS: [usize; 2] = [32, 20];
+/// Where the place is in the picture: parts of its height, from the top. All cameras are judged with the first one.
+const PLACES: [f64; 3] = [0.42, 0.32, 0.52];
+/// Number of the best cameras that are judged again, in all places and with more rays.
 const FINALISTS: usize = 24;
+/// Rays by which all cameras are judged, and the best ones again.
+const FIRST_RAYS: Rays = Rays { columns: 12, rows: 8, step: 3.0 };
+const LAST_RAYS: Rays = Rays { columns: 32, rows: 20, step: 0.9 };
+
+/// The rays of a picture.
+#[derive(Clone, Copy)]
+struct Rays {
+    columns: usize,
+    rows: usize,
+    /// How far a ray goes in each step, in cells on the map.
+    step: f64,
+}
 
 impl Land<'_> {
     /// Returns the camera that shows the subject best from above; `None` if all of them are below the land.
@@ -47,41 +54,38 @@ impl Land<'_> {
                     if eye_m.z < ground_m + (0.05 * away_m).max(2.0 * self.spacing_m) {
                         continue;
                     }
-                    for place in PLACES {
-                        let pitch_deg = (-up_deg - ((1.0 - 2.0 * place) * half).atan().to_degrees()).max(-89.0);
-                        let camera = Camera {
-                            position_m: eye_m,
-                            height_above_ground: false,
-                            yaw_deg: yaw_deg.rem_euclid(360.0),
-                            pitch_deg,
-                            fov_deg,
-                        };
-                        // A usual lens, not from too high, and not too near.
-                        let cost = 0.5 * cost_of_light(light_deg)
-                            + 2.0 * (up_deg / 90.0).powi(2)
-                            + 0.25 * (45.0 / fov_deg).ln()
-                            + 0.6 * (width / 0.4).ln().powi(2)
-                            + 8.0 * (place - 0.4).powi(2);
-                        judged.push((cost, self.judged(&camera, cost, aspect, (FIRST_RAYS, FIRST_STEP))));
-                    }
+                    let camera = Camera {
+                        position_m: eye_m,
+                        height_above_ground: false,
+                        yaw_deg: yaw_deg.rem_euclid(360.0),
+                        pitch_deg: pitch_deg(up_deg, fov_deg, PLACES[0]),
+                        fov_deg,
+                    };
+                    // A usual lens, not from too high, and not too near.
+                    let cost = 0.5 * cost_of_light(light_deg)
+                        + 2.0 * (up_deg / 90.0).powi(2)
+                        + 0.25 * (45.0 / fov_deg).ln()
+                        + 0.6 * (width / 0.4).ln().powi(2);
+                    judged.push((self.judged(&camera, cost, aspect, FIRST_RAYS), cost, up_deg));
                 }
             }
         }
-        judged.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
+        judged.sort_by(|(a, ..), (b, ..)| a.cost.total_cmp(&b.cost));
         judged.truncate(FINALISTS);
-        let mut finalists: Vec<Judged> = judged
-            .into_iter()
-            .map(|(cost, found)| {
-                let (is_seen, _) = self.sees(found.camera.position_m, subject.place_m, subject.top_m);
-                self.judged(&found.camera, cost + if is_seen { 0.0 } else { 12.0 }, aspect, (RAYS, STEP))
+        let finalists = judged.into_iter().flat_map(|(Judged { camera, .. }, cost, up_deg)| {
+            let (is_seen, _) = self.sees(camera.position_m, subject.place_m, subject.top_m);
+            let cost = cost + if is_seen { 0.0 } else { 12.0 };
+            PLACES.map(|place| {
+                let camera = Camera { pitch_deg: pitch_deg(up_deg, camera.fov_deg, place), ..camera };
+                self.judged(&camera, cost + 8.0 * (place - 0.4).powi(2), aspect, LAST_RAYS)
             })
-            .collect();
-        finalists.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        finalists.first().copied()
+        });
+        finalists.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// Judges a camera by the rays of its picture.
-    fn judged(&self, camera: &Camera, cost: f64, aspect: f64, ([columns, rows], step): ([usize; 2], f64)) -> Judged {
+    fn judged(&self, camera: &Camera, cost: f64, aspect: f64, rays: Rays) -> Judged {
+        let Rays { columns, rows, step } = rays;
         let (sin_yaw, cos_yaw) = camera.yaw_deg.to_radians().sin_cos();
         let (sin_pitch, cos_pitch) = camera.pitch_deg.to_radians().sin_cos();
         let forward = DVec3::new(sin_yaw * cos_pitch, cos_yaw * cos_pitch, sin_pitch);
@@ -145,4 +149,10 @@ impl Land<'_> {
         let is_below = at_m.z <= self.whole.raster.height_m(at_m.truncate() - 1e-6 * way.truncate());
         (first_m < last_m && is_below).then_some(last_m)
     }
+}
+
+/// Returns the pitch of a camera `up_deg` above a place that is to be at a part of the picture's height, in degrees.
+fn pitch_deg(up_deg: f64, fov_deg: f64, place: f64) -> f64 {
+    let half = (0.5 * fov_deg).to_radians().tan();
+    (-up_deg - ((1.0 - 2.0 * place) * half).atan().to_degrees()).max(-89.0)
 }

@@ -281,9 +281,9 @@ impl Seen {
                 self.near += if span.away_m < 0.2 * distance_m { share } else { 0.0 };
                 let [low, high] = span.slopes.map(|slope| ROWS as f64 * column.part(slope));
                 let contrast = (-span.away_m / haze_m).exp();
-                for row in low as usize..(high.ceil() as usize).min(ROWS) {
+                for (row, field) in fields.iter_mut().enumerate().take(high.ceil() as usize).skip(low as usize) {
                     let land = high.min(row as f64 + 1.0) - low.max(row as f64);
-                    for (sum, value) in fields[row].iter_mut().zip([1.0, span.tone, contrast]) {
+                    for (sum, value) in field.iter_mut().zip([1.0, span.tone, contrast]) {
                         *sum += land * value;
                     }
                 }
