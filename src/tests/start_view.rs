@@ -206,7 +206,7 @@ fn the_start_view_frames_the_summit() {
         Known::new("cone", cone),
         Known::new("ridge", ridge),
         Known { place_m: Some(DVec3::new(-1000.0, 800.0, 50.0)), ..Known::new("plateau", plateau) },
-        Known { most_level: 0.2, ..Known::new("coast", coast) },
+        Known::new("coast", coast),
         Known { most_level: 0.2, ..Known::new("corner", corner) },
         Known::new("gentle", gentle),
         Known { place_m: Some(DVec3::new(0.0, 0.0, 120.0)), ..Known::new("flat", flat) },
@@ -234,12 +234,13 @@ fn the_start_view_frames_the_summit() {
 fn faults_of_views_are_found() {
     let Some(gpu) = gpu() else { return };
     let world = open(&gpu, cone);
-    let good = world.start_camera(ASPECT);
+    let good: Camera = "4105,-1321,2811,265,-41.3,45".parse().unwrap();
     let summit_m = summit_of(cone);
+    assert_eq!(faults(&shown(&world, cone, &good, summit_m), 0.3), [""; 0]);
     let fault = |change: &dyn Fn(&mut Camera), expected: &str| {
         let mut camera = good;
         change(&mut camera);
-        let found = faults(&shown(&world, cone, &camera, summit_m), 0.2);
+        let found = faults(&shown(&world, cone, &camera, summit_m), 0.3);
         assert!(found.contains(&expected), "{camera}: {found:?}");
     };
     fault(&|camera| camera.yaw_deg += 35.0, "the summit is not in the middle half");
@@ -248,7 +249,8 @@ fn faults_of_views_are_found() {
     fault(&|camera| camera.yaw_deg = world.scene.sun.azimuth_deg, "no light from the side");
     fault(&|camera| camera.position_m = DVec3::new(2100.0, -7000.0, 2500.0), "a view onto no-data");
     fault(&|camera| camera.position_m.z = 150.0, "the summit is hidden");
-    fault(&|camera| camera.position_m += DVec3::new(-2000.0, 2000.0, 0.0), "an empty foreground");
+    let beside: Camera = "5800,4500,900,215,-10,45".parse().unwrap();
+    fault(&|camera| *camera = beside, "an empty foreground");
     // The view of the whole extent from the south that was chosen before has the summit beside the middle.
     let from_south = Camera { position_m: DVec3::new(0.0, -5040.0, 1810.0), yaw_deg: 0.0, pitch_deg: -9.0, ..good };
     assert!(!faults(&shown(&world, cone, &from_south, summit_m), 1.0).is_empty());
