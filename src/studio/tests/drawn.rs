@@ -1,5 +1,7 @@
 //! Tests that edits are drawn: nothing fails or grows, and in the end the picture is that of the saved file.
 
+#![allow(clippy::print_stdout, reason = "a test says what it measured")]
+
 use crate::composite::PICTURE;
 use crate::frame::Renderer;
 use crate::gpu::readback::read_as;
