@@ -192,7 +192,7 @@ fn what_says_nothing_is_refused_in_a_line() {
     let at = broken.windows(7).position(|window| window == b"version").unwrap();
     broken[at] ^= 1;
     atomic::write(&place.path("broken.png"), &broken).unwrap();
-    place.say("newer.png", &text.replacen("version = 1", "version = 7\nnews = 3", 1));
+    place.say("newer.png", &text.replacen("version = 1", "version = 999\nnews = 3", 1));
     place.say("other.png", &text.replacen("camera = \"", "camera = \"x", 1));
     place.say("key.png", &format!("glow = 3\n{text}"));
     place.say("style.png", &text.replacen("wrap = 0.4", "wrap = 9.0", 1));
@@ -205,7 +205,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("bare.png", "it has no imprint that says how it was drawn"),
         ("cut.png", "unexpected end"),
         ("broken.png", ""),
-        ("newer.png", "its imprint has version 7, this hachure reads up to 6"),
+        ("newer.png", "its imprint has version 999, this hachure reads up to "),
         ("other.png", "camera"),
         ("key.png", "unknown key \"glow\""),
         ("style.png", "light.wrap"),
