@@ -79,7 +79,8 @@ pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }
 
-/// Runs `hachure` alone. Without a world, and without options that are for one world, it is the world of the last flight.
+/// Runs `hachure` alone. If the arguments name no world and have no option that is for one world, the world of the last
+/// flight is opened; otherwise this is [`run`].
 ///
 /// # Errors
 /// Those of [`run`].

@@ -10,7 +10,7 @@ use crate::file::message::named;
 use crate::scene::overrides::{Overrides, SeaLevel, Trees};
 use crate::scene::{Scene, ranges};
 
-/// What is on the land.
+/// The sea, the trees and the seed of the land.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
 pub(crate) struct LandArgs {
     /// Land at or below this true height is sea, in metres, where the style draws water; `none` removes the scene's sea

@@ -27,7 +27,7 @@ pub(crate) struct WorldArgs {
     /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
-    /// What is on the land.
+    /// The sea, the trees and the seed of the land.
     #[command(flatten)]
     pub land: LandArgs,
     /// Factor on all heights, about sea level (0 m), so that gentle land shows its form; contour lines of height keep

@@ -43,7 +43,7 @@ pub(crate) enum SeedError {
     /// Something has its place on the land of one seed.
     #[error("its {what} are made for the land of seed {own}, and would not fit another one")]
     Placed {
-        /// What has a place, in the plural.
+        /// The kind of thing that has a place, in the plural.
         what: &'static str,
         /// The seed of the scene.
         own: u32,
@@ -61,8 +61,8 @@ impl World {
 }
 
 impl Scene {
-    /// Checks that the land can have another seed: nothing of the scene may have its place on the land of its own. What
-    /// rules place is placed anew.
+    /// Checks that the land can have another seed: nothing of the scene may have its place on the land of its own.
+    /// Models and trees that rules place get new places.
     ///
     /// # Errors
     /// [`SeedError`].
@@ -102,14 +102,14 @@ impl Scene {
 /// The sea that replaces a scene's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SeaLevel {
-    /// There is no sea.
+    /// No land is sea.
     None,
     /// Land at or below this true height, in metres, is sea.
     At(f64),
 }
 
 impl SeaLevel {
-    /// Returns the value for a level; `None` is no sea.
+    /// Returns the value for a level in metres; `None` means that no land is sea.
     #[cfg(feature = "window")]
     pub(crate) fn of(level_m: Option<f64>) -> Self {
         level_m.map_or(Self::None, Self::At)
@@ -140,10 +140,7 @@ impl FromStr for SeaLevel {
     fn from_str(text: &str) -> Result<Self, String> {
         match text.trim() {
             "none" => Ok(Self::None),
-            text => ranges::SEA_LEVEL_M
-                .parse(text)
-                .map(Self::At)
-                .map_err(|_| "it must be none, or a number of metres between -12000 and 9000".to_owned()),
+            text => ranges::SEA_LEVEL_M.parse(text).map(Self::At).map_err(|rule| format!("{rule}, in metres, or none")),
         }
     }
 }
@@ -204,7 +201,7 @@ impl FromStr for Trees {
             text => ranges::SEED
                 .parse_whole(text)
                 .map(Self::Seed)
-                .map_err(|_| "it must be on, off, or a seed: a whole number from 0 to 4294967295".to_owned()),
+                .map_err(|rule| format!("{rule}, which is a seed, or one of on, off")),
         }
     }
 }

@@ -124,7 +124,7 @@ pub(crate) struct FlightWorld {
     pub world: Option<String>,
     /// The options of the world, for the imprints of pictures.
     pub more: More,
-    /// What stays while exaggeration and trees change.
+    /// The parts of the world that stay while exaggeration and trees change.
     pub lasting: Lasting,
     /// The scene of the world.
     pub scene: Scene,
@@ -132,7 +132,7 @@ pub(crate) struct FlightWorld {
     pub data_corners_m: [DVec2; 2],
 }
 
-/// What stays of a world while its exaggeration and its trees change.
+/// The parts of a world that stay while its exaggeration and its trees change.
 pub(crate) struct Lasting {
     /// The tiles without exaggeration.
     pub heights: Arc<dyn TileStore>,

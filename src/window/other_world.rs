@@ -31,7 +31,7 @@ pub(super) struct Wanted {
     pub name: Option<String>,
     /// Which files a scene may name.
     pub reach: Reach,
-    /// What replaces values of its scene.
+    /// Values that replace those of its scene.
     pub overrides: Overrides,
     /// Factor on heights that replaces the scene's.
     pub exaggeration: Option<f64>,

@@ -49,7 +49,7 @@ struct Subject {
     land: Land,
 }
 
-/// What a window changes on the land: the height of the sea, and the seed of the forest.
+/// The values of the land that a window changes: the height of the sea in metres, and the seed of the forest.
 type Land = (Option<f64>, Option<u32>);
 
 /// A thumbnail on the GPU.

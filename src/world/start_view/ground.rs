@@ -1,4 +1,4 @@
-//! What is seen from a place: land in two resolutions, its shading, and the lines of sight over it.
+//! The view from a place: land in two resolutions, its shading, and the lines of sight over it.
 
 use glam::{DVec2, DVec3};
 
