@@ -1,7 +1,8 @@
 //! The lock `.OUT.tif.lock` of a bake: one bake of an output at a time. Shards of one bake share it.
 //!
 //! The file is removed when the bake is done. A killed bake leaves it, without its lock: the next bake takes it over.
-//! Where a file system has no locks, bakes run without one.
+//! On Linux the file has its text before it has its name. An empty file of this name is therefore not hachure's, however
+//! early a bake was killed. Where a file system has no locks, bakes run without one.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
@@ -77,12 +78,35 @@ fn open(path: &Path) -> io::Result<File> {
     match path.symlink_metadata() {
         Ok(found) if found.is_file() => File::options().read(true).write(true).open(path),
         Ok(_) => Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a file")),
-        Err(_) => {
-            let mut file = File::options().read(true).write(true).create_new(true).open(path)?;
-            file.write_all(TEXT.as_bytes())?;
-            Ok(file)
-        }
+        Err(_) => create(path),
     }
+}
+
+/// Creates the file with its text. It must not exist yet.
+fn create(path: &Path) -> io::Result<File> {
+    #[cfg(target_os = "linux")]
+    match create_with_text(path) {
+        // The file system has no files without a name, or `/proc` is missing.
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => tracing::debug!("{}: {error}", path.display()),
+        created => return created,
+    }
+    let mut file = File::options().read(true).write(true).create_new(true).open(path)?;
+    file.write_all(TEXT.as_bytes())?;
+    Ok(file)
+}
+
+/// Writes the text to a file without a name, and then names it, so that nobody sees the file without the text.
+#[cfg(target_os = "linux")]
+fn create_with_text(path: &Path) -> io::Result<File> {
+    use rustix::fs::{AtFlags, CWD, Mode, OFlags};
+    use std::os::fd::AsRawFd;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
+    let mut file = File::from(rustix::fs::open(folder, flags, Mode::from_raw_mode(0o666))?);
+    file.write_all(TEXT.as_bytes())?;
+    let unnamed = format!("/proc/self/fd/{}", file.as_raw_fd());
+    rustix::fs::linkat(CWD, unnamed, CWD, path, AtFlags::SYMLINK_FOLLOW)?;
+    Ok(file)
 }
 
 /// Removes the file, if hachure wrote it.
@@ -133,5 +157,32 @@ mod tests {
         crate::file::atomic::write(&path(&out), b"mine").unwrap();
         drop(take(false).unwrap());
         assert_eq!(fs::read(path(&out)).unwrap(), b"mine");
+    }
+
+    /// A bake that is killed between the creation of the file and its text would leave a file that no bake removes.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn nobody_sees_the_lock_without_its_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("a.tif");
+        let seen = || fs::read(path(&out)).ok();
+        let is_done = std::sync::atomic::AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let watch = scope.spawn(|| {
+                let mut whole = 0;
+                while !is_done.load(std::sync::atomic::Ordering::Relaxed) {
+                    if let Some(text) = seen() {
+                        assert_eq!(text, TEXT.as_bytes(), "a file without its text");
+                        whole += 1;
+                    }
+                }
+                whole
+            });
+            for _ in 0..5000 {
+                drop(BakeLock::take(&out, false).unwrap());
+            }
+            is_done.store(true, std::sync::atomic::Ordering::Relaxed);
+            assert!(watch.join().unwrap() > 0, "the file was never seen");
+        });
     }
 }
