@@ -131,6 +131,12 @@ impl Renderer {
         self.samples.is_settling() || self.has_settling_strokes() || self.rows.is_late()
     }
 
+    /// Returns whether blocks of hachures are missing in the last frame, or were built without all tiles, because a window
+    /// builds only a few in a frame.
+    pub(crate) fn has_late_rows(&self) -> bool {
+        self.rows.is_late()
+    }
+
     /// Returns whether trees that wind moves may be in view, so that the picture changes with time: blocks of forest
     /// that may be visible are near enough to be drawn as more than canopy.
     pub(crate) fn may_sway(&self) -> bool {

@@ -174,8 +174,10 @@ impl Renderer {
         self.cpu = FrameCpu { record_ms: prewarm_ms, submit_ms: 0.0 };
         self.drew = false;
         let Some(shown) = self.switch.shown.take() else {
-            // There is no style to draw yet, but tiles can already be loaded.
-            return Ok(prepare(gpu, world, rig, style, light));
+            // There is no style to draw yet, but tiles can already be loaded. Nothing computes the maps of this frame.
+            let prepared = prepare(gpu, world, rig, style, light);
+            world.terrain.forget_planned_maps();
+            return Ok(prepared);
         };
         let prepared = prepare(gpu, world, rig, &shown, light);
         let drawn = self.record(gpu, world, &prepared, rig, &shown, light);

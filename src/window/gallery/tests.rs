@@ -1,6 +1,7 @@
 //! Tests the gallery without a window: what it shows, and what clicks do.
 #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use egui_kittest::Harness;
@@ -15,6 +16,7 @@ use crate::style::families::Family;
 use crate::style::names;
 use crate::tests::common::draw::north_west;
 use crate::tests::common::{World, grid_of, rough_height_m};
+use crate::tiles::terrain::{Loading, Terrain, TerrainOptions};
 use crate::window::settings::Styles;
 
 struct Bench {
@@ -136,4 +138,43 @@ fn thumbnails_show_their_styles() {
     let other = fill(&mut thumbnails, &mut panel, scene);
     assert!(other.iter().zip(&drawn).all(|(other, drawn)| other != drawn));
     assert_eq!((panel.registered, panel.next), (3, 6));
+}
+
+/// Draws thumbnails of a style until none is out of date, and returns its bytes.
+fn thumbnail(world: &mut World, thumbnails: &mut Thumbnails, scene: Scene, name: &str) -> Vec<u8> {
+    let (styles, style) = Styles::with(name).unwrap();
+    let begun = Instant::now();
+    thumbnails.wake(begun);
+    while thumbnails.next_at().is_some() {
+        let panel = &mut Counted::default();
+        thumbnails.work(&world.gpu, &mut world.surfaces, panel, scene, styles.list(), &[style]).unwrap();
+        assert!(begun.elapsed().as_secs() < 120, "the thumbnail takes too long");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    bytes(&world.gpu, thumbnails.texture(style).unwrap())
+}
+
+/// A window builds blocks of hachures, and maps of water and shadows, over several frames, and draws nothing while
+/// pipelines are built. The first thumbnail must not lack any of them.
+#[test]
+fn a_first_thumbnail_is_whole() {
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, |x, y| 0.5 * rough_height_m(x, y)), 0.5) else { return };
+    let pose = world.pose("-1500,-6600,+900,20,-12,50");
+    let scene = Scene { pose, light: north_west(), shown_px: [132.0, 80.0] };
+    let store = Arc::clone(world.surfaces.terrain.store());
+    let mut open = |loading| {
+        let options = TerrainOptions { lod_error_px: 0.5, loading, ..TerrainOptions::default() };
+        world.surfaces = Terrain::new(&world.gpu, Arc::clone(&store), options).unwrap().into();
+        let mut thumbnails = Thumbnails::default();
+        let first = thumbnail(&mut world, &mut thumbnails, scene, "hachures");
+        // Another sun and back: everything that the view needs has been built.
+        let mut other = scene;
+        other.light.to_sun.x = -other.light.to_sun.x;
+        assert!(thumbnail(&mut world, &mut thumbnails, other, "hachures") != first, "the sun has moved");
+        let again = thumbnail(&mut world, &mut thumbnails, scene, "hachures");
+        let different = first.iter().zip(&again).filter(|(first, again)| first != again).count();
+        assert_eq!(different, 0, "{loading:?}: bytes of the first thumbnail and of a later one");
+        first
+    };
+    assert!(open(Loading::Stream) == open(Loading::Wait), "a window's thumbnail and that of a file");
 }

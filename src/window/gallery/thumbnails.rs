@@ -26,7 +26,7 @@ const LARGER: f32 = 2.0;
 const PAUSE: Duration = Duration::from_millis(25);
 /// Time between two attempts while pipelines are being built.
 const BUILDING_PAUSE: Duration = Duration::from_millis(100);
-/// Attempts after which a thumbnail is shown although tiles are missing, and after which one is given up whose pipelines
+/// Attempts after which a thumbnail is shown although tiles or hachures are missing, and after which one is given up whose pipelines
 /// are not built.
 const MAX_ATTEMPTS: u32 = 40;
 
@@ -186,7 +186,8 @@ impl Thumbnails {
         if renderer.is_building(gpu) {
             self.next_at = Some(now + BUILDING_PAUSE);
         }
-        if attempts < MAX_ATTEMPTS && (!is_drawn || prepared.tiles.late) {
+        let is_whole = !prepared.tiles.late && prepared.tiles.loaded == 0 && !renderer.has_late_rows();
+        if attempts < MAX_ATTEMPTS && !(is_drawn && is_whole) {
             return Ok(false);
         }
         let Some(picture) = renderer.target(&PICTURE).filter(|_| is_drawn) else {
