@@ -66,7 +66,7 @@ pub(super) struct Flight {
     most_built: usize,
     /// Tiles that the last frame lacks, and all of its tiles.
     tiles: [u64; 2],
-    /// What could not be done, and until when the panel says so.
+    /// The message on the panel about an action that failed, and the time at which it disappears.
     notice: Option<(String, Instant)>,
     notice_is_new: bool,
     /// Rig of the last frame that was drawn, while frames follow each other.

@@ -38,9 +38,9 @@ pub(super) struct MenuInput {
     pub picks: [bool; 2],
 }
 
-/// What the panel wants to happen.
+/// A request of the user in the panel.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Wish {
+pub(super) enum MenuAction {
     /// Draws in another style.
     Style(String),
     /// Moves a control of the present style.
@@ -97,13 +97,13 @@ impl Menu {
 
     /// Advances by `step_s`. Returns what is to be done, and whether the panel was opened and must be put in front of
     /// the eyes.
-    pub(super) fn advance(&mut self, input: &MenuInput, step_s: f64, styles: &Styles) -> (Vec<Wish>, bool) {
+    pub(super) fn advance(&mut self, input: &MenuInput, step_s: f64, styles: &Styles) -> (Vec<MenuAction>, bool) {
         let before = std::mem::discriminant(&self.open);
         let was_open = self.is_open();
         self.sticks_are_spent &= input.stick.length() > REST;
         self.is_cancelled &= input.styles || input.adjust;
         let push = self.repeater.advance(input.stick, step_s).or_else(|| self.pick(input));
-        let mut wishes = Vec::new();
+        let mut actions = Vec::new();
         match &mut self.open {
             Open::Nothing | Open::Help => {
                 if input.styles && !self.is_cancelled {
@@ -121,7 +121,7 @@ impl Menu {
                 if input.help {
                     self.cancel();
                 } else if !input.styles {
-                    wishes.extend(styles.at(*column, *row).map(|name| Wish::Style(name.to_owned())));
+                    actions.extend(styles.at(*column, *row).map(|name| MenuAction::Style(name.to_owned())));
                     (self.open, self.sticks_are_spent) = (Open::Nothing, true);
                 } else if let Some(push) = push {
                     (*column, *row) = styles.moved((*column, *row), push);
@@ -129,7 +129,7 @@ impl Menu {
             }
             Open::Adjust(chosen) => {
                 if input.help || !input.adjust {
-                    wishes.push(Wish::Release);
+                    actions.push(MenuAction::Release);
                     (self.is_cancelled, self.sticks_are_spent) = (input.help, true);
                     self.open = Open::Nothing;
                 } else if let Some(push) = push {
@@ -141,14 +141,14 @@ impl Menu {
                         Push::Left | Push::Right | Push::Around => {
                             let control = Control::ALL[*chosen];
                             let position = styles.position(control);
-                            wishes.push(Wish::Move(control, stepped(position, push)));
+                            actions.push(MenuAction::Move(control, stepped(position, push)));
                         }
                     }
                 }
             }
         }
         let is_new = self.is_open() && (!was_open || before != std::mem::discriminant(&self.open));
-        (wishes, is_new)
+        (actions, is_new)
     }
 
     /// Returns the selection of a controller without sticks: one button goes on, the other one to the next column or
@@ -288,7 +288,7 @@ mod tests {
         MenuInput { stick: DVec2::new(x, y), ..input }
     }
 
-    fn run(menu: &mut Menu, styles: &Styles, inputs: &[MenuInput]) -> Vec<Wish> {
+    fn run(menu: &mut Menu, styles: &Styles, inputs: &[MenuInput]) -> Vec<MenuAction> {
         inputs.iter().flat_map(|input| menu.advance(input, STEP_S, styles).0).collect()
     }
 
@@ -297,13 +297,13 @@ mod tests {
         let styles = Styles::of_nobody("ink").unwrap();
         let mut menu = Menu::new();
         let (down, up) = (push(HELD, 0.0, -1.0), push(HELD, 0.0, 1.0));
-        let wishes = run(&mut menu, &styles, &[HELD, down, HELD, down, HELD, up, HELD, IDLE]);
-        assert_eq!(wishes, [Wish::Style("pen".to_owned())]);
+        let actions = run(&mut menu, &styles, &[HELD, down, HELD, down, HELD, up, HELD, IDLE]);
+        assert_eq!(actions, [MenuAction::Style("pen".to_owned())]);
         assert!(!menu.is_open());
         // A stick that stays deflected for 1.5 s selects seven times: at once, after half a second, and then in every
         // second step.
-        let wishes = run(&mut menu, &styles, &[vec![HELD], vec![down; 15], vec![IDLE]].concat());
-        assert_eq!(wishes, [Wish::Style("wash".to_owned())]);
+        let actions = run(&mut menu, &styles, &[vec![HELD], vec![down; 15], vec![IDLE]].concat());
+        assert_eq!(actions, [MenuAction::Style("wash".to_owned())]);
         // The help's button, and a session without input, choose nothing, and the button must be released first.
         let help = MenuInput { help: true, ..HELD };
         assert!(run(&mut menu, &styles, &[HELD, down, help, HELD, HELD, IDLE]).is_empty());
@@ -323,9 +323,9 @@ mod tests {
         let styles = Styles::of_nobody("ink").unwrap();
         let mut menu = Menu::new();
         let (down, right) = (push(ADJUST, 0.0, -1.0), push(ADJUST, 1.0, 0.0));
-        let wishes = run(&mut menu, &styles, &[ADJUST, down, right, ADJUST, push(ADJUST, -1.0, 0.0), IDLE]);
+        let actions = run(&mut menu, &styles, &[ADJUST, down, right, ADJUST, push(ADJUST, -1.0, 0.0), IDLE]);
         let weight = Control::Weight;
-        assert_eq!(wishes, [Wish::Move(weight, 10), Wish::Move(weight, -10), Wish::Release]);
+        assert_eq!(actions, [MenuAction::Move(weight, 10), MenuAction::Move(weight, -10), MenuAction::Release]);
         assert_eq!(
             [(0, Push::Right), (95, Push::Right), (-95, Push::Left), (100, Push::Around)]
                 .map(|(at, to)| stepped(at, to)),
@@ -333,8 +333,8 @@ mod tests {
         );
         // Two buttons are enough.
         let pick = |first, second| MenuInput { picks: [first, second], ..ADJUST };
-        let wishes = run(&mut menu, &styles, &[ADJUST, pick(false, true), pick(false, true), pick(true, false), IDLE]);
-        assert_eq!(wishes, [Wish::Move(Control::Contrast, 10), Wish::Release]);
+        let actions = run(&mut menu, &styles, &[ADJUST, pick(false, true), pick(false, true), pick(true, false), IDLE]);
+        assert_eq!(actions, [MenuAction::Move(Control::Contrast, 10), MenuAction::Release]);
     }
 
     #[test]

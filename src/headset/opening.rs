@@ -14,7 +14,7 @@ use crate::source::Progress;
 /// Longest time that the end of the program waits for the thread.
 const LONGEST_END: Duration = Duration::from_secs(2);
 
-/// What the thread is doing.
+/// The progress that the thread reports.
 #[derive(Default)]
 struct Report {
     what: Mutex<(String, f32)>,

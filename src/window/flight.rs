@@ -11,10 +11,10 @@ mod edits;
 mod exports;
 mod gallery;
 mod land;
-mod looked;
+mod layer_picking;
 mod navigate;
 mod paths;
-mod touch;
+mod viewer;
 mod worlds;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -28,9 +28,9 @@ use winit::window::Window;
 
 use self::compare::Compared;
 use self::controls::TOAST;
+use self::layer_picking::LayerPicking;
 use self::navigate::Navigation;
 use self::paths::Paths;
-use self::touch::Touch;
 use super::browse::Browser;
 use super::cost::{self, CostStats, Traffic};
 use super::dock::{Dock, Pane};
@@ -40,7 +40,6 @@ use super::fly_camera::{FlyCamera, FlyInput};
 use super::gallery::Gallery;
 use super::gallery::thumbnails::Thumbnails;
 use super::input::Input;
-use super::inside::Inside;
 use super::inspector::{Inspector, Shown as InspectorShown};
 use super::land_panel::LandPanel;
 use super::light::LightPanel;
@@ -50,6 +49,7 @@ use super::other_world::OtherWorld;
 use super::overlay::{Overlay, Painted};
 use super::panel::{self, PanelStats};
 use super::path_flight::Reading;
+use super::picture_viewer::PictureViewer;
 use super::pictures::Pictures;
 use super::places::Places;
 use super::questions::Questions;
@@ -121,7 +121,7 @@ pub(super) struct Flight {
     camera: FlyCamera,
     start: FlyCamera,
     navigation: Navigation,
-    touch: Touch,
+    layer_picking: LayerPicking,
     light_panel: LightPanel,
     land_panel: LandPanel,
     /// The land with another exaggeration or other trees, while it is being read.
@@ -161,7 +161,7 @@ pub(super) struct Flight {
     eyes_move: bool,
     dock: Dock,
     inspector: Inspector,
-    inside: Inside,
+    viewer: PictureViewer,
     /// The memory traffic of the passes of the last frame, while it is shown.
     traffic: Traffic,
     remembered: Remembered,
@@ -289,7 +289,7 @@ impl Flight {
             reopening: None,
             proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
-            touch: Touch::new(),
+            layer_picking: LayerPicking::new(),
             settings,
             styles,
             frame_times: FrameTimes::default(),
@@ -299,7 +299,7 @@ impl Flight {
             eyes_move: false,
             dock: options.remembered.panels.as_deref().and_then(Dock::of_text).unwrap_or_default(),
             inspector: Inspector::default(),
-            inside: Inside::new(),
+            viewer: PictureViewer::new(),
             traffic: Traffic::default(),
             welcomes: !options.remembered.is_welcomed && options.frames.is_none(),
             remembered: options.remembered.clone(),
@@ -385,9 +385,9 @@ impl Flight {
             }
         }
         self.present(surface, painted);
-        self.ask_pointed();
-        self.ask_touched();
-        self.ask_inside();
+        self.request_place();
+        self.request_picked_layer();
+        self.request_viewed_picture();
         self.gpu.check()?;
         let shows_chosen_style = self.shows_chosen_style();
         if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_chosen_style) {
@@ -446,9 +446,9 @@ impl Flight {
         if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
-        self.take_pointed();
-        self.take_touched(now);
-        self.take_inside();
+        self.take_place();
+        self.take_picked_layer(now);
+        self.take_viewed_picture();
         while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
             self.pass_times.add(times);
         }
@@ -488,7 +488,7 @@ impl Flight {
             picture_bytes: renderer.map_or(0, Renderer::target_bytes),
             cpu_ms: [prepared.prepare_ms, renderer.map_or(0.0, Renderer::record_ms)],
         };
-        let entries = if self.dock.is_shown(Pane::Inside) { self.entries() } else { Vec::new() };
+        let entries = if self.dock.is_shown(Pane::Inside) { self.viewer_entries() } else { Vec::new() };
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
         let mut requests = panel::PanelRequests::default();
         let mut inspected = InspectorShown::default();
@@ -511,7 +511,7 @@ impl Flight {
             if !has_picture {
                 opening::sign(context, "Preparing the first picture…");
             }
-            self.inside.paint(context);
+            self.viewer.paint(context);
             self.dock.show(ui, &mut |ui, pane| match pane {
                 Pane::View => {}
                 Pane::Flight => {
@@ -524,7 +524,7 @@ impl Flight {
                         inspected = self.inspector.show(ui, document);
                     }
                 }
-                Pane::Inside => self.inside.show(ui, &entries),
+                Pane::Inside => self.viewer.show(ui, &entries),
                 Pane::Cost => cost::show(ui, &stats, &cost),
                 Pane::Path => {
                     let (shown, panel) = self.paths.shown();

@@ -66,7 +66,7 @@ pub(super) enum Edit {
     Release,
 }
 
-/// What the inspector did in a frame.
+/// The result of a frame of the inspector.
 #[derive(Debug, Default)]
 pub(super) struct Shown {
     /// The requests of the user, in their order.

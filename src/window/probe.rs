@@ -17,7 +17,7 @@ use crate::file::{atomic, unnamed};
 /// The first line of the file.
 const HEADER: &str = "# hachure widgets\n";
 
-/// What the environment asks for.
+/// The requests of the environment variables.
 #[derive(Debug, Default)]
 pub(super) struct Probe {
     file: Option<PathBuf>,

@@ -7,7 +7,7 @@ use egui::{Align2, Button};
 pub(super) struct Question {
     /// Index of the style in the list.
     pub style: usize,
-    /// What is asked.
+    /// The subject of the question.
     pub about: About,
     /// Name of the style for people.
     pub name: String,
@@ -15,7 +15,7 @@ pub(super) struct Question {
     pub text: String,
 }
 
-/// What a question asks.
+/// The subject of a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum About {
     /// Edits of an earlier run were not saved.

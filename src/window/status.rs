@@ -2,8 +2,8 @@
 
 use egui::{Align2, Key, RichText, Ui};
 
+use super::place_picking::PlaceUnderCursor;
 use super::places::{FORMS, Places, distance_text};
-use super::pointed::Pointed;
 
 /// Distance from the border of the window, in points.
 const MARGIN: f32 = 8.0;
@@ -74,11 +74,11 @@ impl GoTo {
 }
 
 /// Returns the words of the line: coordinates, height and distance.
-pub(super) fn words(pointed: &Pointed, places: &Places, exaggeration: f64) -> Vec<String> {
-    let Some(place_m) = pointed.place_m else { return vec!["sky".to_owned()] };
+pub(super) fn words(place: &PlaceUnderCursor, places: &Places, exaggeration: f64) -> Vec<String> {
+    let Some(place_m) = place.place_m else { return vec!["sky".to_owned()] };
     let mut words = places.texts(place_m.truncate());
     words.push(format!("height {:.0} m", place_m.z / exaggeration));
-    words.push(format!("{} away", distance_text(pointed.distance_m)));
+    words.push(format!("{} away", distance_text(place.distance_m)));
     words
 }
 

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::Flight;
 use crate::headset::error::HeadsetError;
-use crate::headset::menu::{MenuInput, Wish};
+use crate::headset::menu::{MenuAction, MenuInput};
 use crate::headset::panel::{Body, Page};
 use crate::headset::stage::Eye;
 use crate::headset::travel::HandInput;
@@ -30,15 +30,15 @@ impl Flight {
             return Ok(hand_input);
         }
         let had_hands = self.menu.has_hands();
-        let (wishes, is_new) = self.menu.advance(&menu_input, step_s, &self.styles);
+        let (actions, is_new) = self.menu.advance(&menu_input, step_s, &self.styles);
         if is_new {
             self.quad.place(eyes, self.headset.floor_m);
         }
-        for wish in wishes {
-            let done = match wish {
-                Wish::Style(name) => self.styles.choose(&name),
-                Wish::Move(control, to) => self.styles.set_control(control, to),
-                Wish::Release => {
+        for action in actions {
+            let done = match action {
+                MenuAction::Style(name) => self.styles.choose(&name),
+                MenuAction::Move(control, to) => self.styles.set_control(control, to),
+                MenuAction::Release => {
                     self.styles.release();
                     Ok(())
                 }

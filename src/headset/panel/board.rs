@@ -15,7 +15,7 @@ pub(super) const PAPER: Tone = [26, 28, 33];
 pub(super) const INK: Tone = [238, 234, 224];
 /// Text that matters less.
 pub(super) const DIM: Tone = [156, 160, 168];
-/// What is selected, and the names of controls.
+/// The selected row, and the names of controls.
 pub(super) const ACCENT: Tone = [246, 190, 92];
 /// Lines and grooves.
 pub(super) const GROOVE: Tone = [66, 70, 80];

@@ -31,27 +31,27 @@ const BASELINES: [f64; 3] = [84.0, 166.0, 732.0];
 /// Largest number of rows.
 pub(super) const ROWS: usize = 10;
 
-/// What a panel shows.
+/// The contents of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Page {
     pub title: String,
     pub body: Body,
     /// The line at the lower edge.
     pub footer: String,
-    /// Progress of what the footer says, 0 to 1, as a bar above it.
+    /// Progress of the work that the footer names, 0 to 1, drawn as a bar above it.
     pub done: Option<f32>,
 }
 
-/// What is between the title and the last line.
+/// The part of a panel between its title and its last line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Body {
-    /// Rows of a control and what it does.
+    /// Rows of two texts: a control and its effect.
     Controls(Vec<[String; 2]>),
     /// Two columns of choices.
     Columns([Column; 2]),
-    /// Rows of sliders, and what the selected one does.
+    /// Rows of sliders, and the effect of the selected one.
     Sliders(Vec<Slider>, String),
-    /// Sentences.
+    /// Running text.
     Text(String),
 }
 

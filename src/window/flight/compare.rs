@@ -20,7 +20,7 @@ pub(super) struct Compared {
     of: LeftOf,
 }
 
-/// What the left style was taken for: the choice, the present style, and whether that has edits which are not saved.
+/// The state that decided the left style: the choice, the present style, and whether that has edits that are not saved.
 type LeftOf = (Left, usize, bool);
 
 impl Compared {

@@ -192,12 +192,12 @@ impl Flight {
         let built = builds.then_some(self.next_built);
         let shaders = self.gpu.pipelines().watches().then_some(self.next_shaders);
         let toast = self.toasts.next_end();
-        let pointed = self.navigation.look_at();
+        let place = self.navigation.due_at();
         let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
-        let touched = [self.touch.look_at(), self.inside.is_waiting().then_some(self.inside.next_look)];
-        let touched = touched.into_iter().flatten().min();
+        let readbacks = [self.layer_picking.due_at(), self.viewer.is_waiting().then_some(self.viewer.next_check)];
+        let readback = readbacks.into_iter().flatten().min();
         let due =
-            [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, pointed, gallery, touched];
+            [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, place, gallery, readback];
         due.into_iter().flatten().min()
     }
 
@@ -211,26 +211,26 @@ impl Flight {
             }
         }
         self.look_after_shaders(now);
-        if self.navigation.look_at().is_some_and(|at| at <= now) {
+        if self.navigation.due_at().is_some_and(|at| at <= now) {
             // Poll without waiting for the GPU.
             if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
                 tracing::debug!("{error}");
             }
-            if self.take_pointed() {
+            if self.take_place() {
                 return Next::Frame;
             }
         }
-        if self.inside.is_waiting() && self.inside.next_look <= now {
+        if self.viewer.is_waiting() && self.viewer.next_check <= now {
             if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
                 tracing::debug!("{error}");
             }
-            self.take_inside();
+            self.take_viewed_picture();
         }
-        if self.touch.look_at().is_some_and(|at| at <= now) {
+        if self.layer_picking.due_at().is_some_and(|at| at <= now) {
             if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
                 tracing::debug!("{error}");
             }
-            if self.take_touched(now) {
+            if self.take_picked_layer(now) {
                 return Next::Frame;
             }
         }

@@ -147,7 +147,7 @@ impl Flight {
     /// Handles what other threads have reported: pictures that are finished, and files that have changed.
     pub(crate) fn on_woken(&mut self) -> Next {
         let context = self.overlay.context().clone();
-        let is_new = self.overlay.take_screen_reader() | self.inside.take_colours(&context);
+        let is_new = self.overlay.take_screen_reader() | self.viewer.take_colours(&context);
         let has_news = is_new
             | self.report_pictures()
             | self.take_reopened()

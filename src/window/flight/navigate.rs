@@ -10,12 +10,12 @@ use crate::scene::view::View;
 use crate::surface::DISTANCE;
 use crate::window::camera_moves::{Stand, ray_through};
 use crate::window::input::DragKind;
+use crate::window::place_picking::{PlacePicker, PlaceRequest, PlaceUnderCursor};
 use crate::window::places::{Goal, Places, box_m};
-use crate::window::pointed::{Asked, Pointed, Pointer};
 use crate::window::status::{self, GoTo};
 
-/// Interval at which an answer of the GPU is looked for while nothing else happens.
-pub(super) const ANSWER_LOOK: Duration = Duration::from_millis(4);
+/// Interval at which the program checks for an answer of the GPU while nothing else happens.
+pub(super) const ANSWER_CHECK: Duration = Duration::from_millis(4);
 /// Turn of an orbit for each pixel of the window.
 const ORBIT_DEG_PER_PX: f64 = 0.3;
 /// A place is known for a position of the cursor within this distance, in pixels.
@@ -25,7 +25,7 @@ const GO_TO_PITCH_DEG: f64 = -25.0;
 
 /// An action that waits for the place under the cursor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Wish {
+enum CursorAction {
     /// Zoom by notches of the wheel.
     Zoom(f64),
     /// Turn toward the place.
@@ -46,39 +46,39 @@ struct Grasp {
 
 /// The state of navigation between two frames.
 pub(super) struct Navigation {
-    pointer: Pointer,
-    /// The newest answer.
-    pointed: Option<Pointed>,
-    /// The last question: position of the cursor and number of the picture.
-    asked: Option<(DVec2, u64)>,
+    picker: PlacePicker,
+    /// The newest place.
+    under_cursor: Option<PlaceUnderCursor>,
+    /// The last request: position of the cursor in pixels, and number of the picture.
+    requested: Option<(DVec2, u64)>,
     /// The number of pictures so far.
     picture: u64,
     /// The eyes of the last picture, without jitter.
     eyes: Vec<View>,
     grasp: Option<Grasp>,
-    wish: Option<(Wish, DVec2)>,
+    waiting_action: Option<(CursorAction, DVec2)>,
     places: Places,
     pub(super) go_to: GoTo,
     /// Whether the next click places the focus.
     pub(super) places_focus: bool,
-    next_look: Instant,
+    next_check: Instant,
 }
 
 impl Navigation {
     /// Creates the state for a world that has not been drawn.
     pub(super) fn new(places: Places) -> Self {
         Self {
-            pointer: Pointer::new(),
-            pointed: None,
-            asked: None,
+            picker: PlacePicker::new(),
+            under_cursor: None,
+            requested: None,
             picture: 0,
             eyes: Vec::new(),
             grasp: None,
-            wish: None,
+            waiting_action: None,
             places,
             go_to: GoTo::default(),
             places_focus: false,
-            next_look: Instant::now(),
+            next_check: Instant::now(),
         }
     }
 
@@ -93,51 +93,51 @@ impl Navigation {
         self.picture
     }
 
-    /// Returns when to look for an answer, if one is awaited.
-    pub(super) fn look_at(&self) -> Option<Instant> {
-        self.pointer.is_waiting().then_some(self.next_look)
+    /// Returns when to check for an answer, if one is pending.
+    pub(super) fn due_at(&self) -> Option<Instant> {
+        self.picker.is_waiting().then_some(self.next_check)
     }
 
     /// Returns the words of the line at the bottom, and the name of the reference system.
     pub(super) fn words(&self, exaggeration: f64) -> (Vec<String>, Option<&str>) {
-        let words = self.pointed.map(|pointed| status::words(&pointed, &self.places, exaggeration));
+        let words = self.under_cursor.map(|under_cursor| status::words(&under_cursor, &self.places, exaggeration));
         (words.unwrap_or_default(), self.places.projection())
     }
 
     /// Returns the place that the last answer gave for a position of the cursor; `None` if the answer is for another.
-    fn known(&self, cursor_px: DVec2) -> Option<&Pointed> {
-        self.pointed
-            .as_ref()
-            .filter(|pointed| pointed.picture == self.picture && pointed.cursor_px.distance(cursor_px) <= SAME_PX)
+    fn known(&self, cursor_px: DVec2) -> Option<&PlaceUnderCursor> {
+        self.under_cursor.as_ref().filter(|under_cursor| {
+            under_cursor.picture == self.picture && under_cursor.cursor_px.distance(cursor_px) <= SAME_PX
+        })
     }
 }
 
 impl Flight {
-    /// Collects the places that the GPU has answered. Returns whether one has arrived.
-    pub(super) fn take_pointed(&mut self) -> bool {
-        self.navigation.next_look = Instant::now() + ANSWER_LOOK;
-        let Some(pointed) = self.navigation.pointer.take() else { return false };
-        self.navigation.pointed = Some(pointed);
-        self.fulfil_wish();
+    /// Takes the newest place that the GPU has sent. Returns whether one has arrived.
+    pub(super) fn take_place(&mut self) -> bool {
+        self.navigation.next_check = Instant::now() + ANSWER_CHECK;
+        let Some(under_cursor) = self.navigation.picker.take() else { return false };
+        self.navigation.under_cursor = Some(under_cursor);
+        self.run_waiting_action();
         true
     }
 
-    /// Asks for the place under the cursor in the picture that was just presented, unless it is known.
-    pub(super) fn ask_pointed(&mut self) {
+    /// Requests the place under the cursor in the picture that was just presented, unless it is known.
+    pub(super) fn request_place(&mut self) {
         let drag = self.input.drag();
         if drag.is_some_and(|drag| drag.moves && drag.kind == DragKind::Look) {
-            self.navigation.pointed = None;
+            self.navigation.under_cursor = None;
             return;
         }
-        let wished_px = self.navigation.wish.map(|(_, px)| px);
+        let waiting_px = self.navigation.waiting_action.map(|(_, px)| px);
         let pressed_px = drag.filter(|_| self.navigation.grasp.is_none()).map(|drag| drag.from_px);
         let over_picture = self.input.cursor_px().filter(|_| !self.overlay.is_over_panel());
-        let Some(cursor_px) = pressed_px.or(wished_px).or(over_picture) else {
-            self.navigation.pointed = None;
+        let Some(cursor_px) = pressed_px.or(waiting_px).or(over_picture) else {
+            self.navigation.under_cursor = None;
             return;
         };
         let picture = self.navigation.picture;
-        if self.navigation.asked == Some((cursor_px, picture)) {
+        if self.navigation.requested == Some((cursor_px, picture)) {
             return;
         }
         let Some((eye, part)) = self.eye_at(cursor_px) else { return };
@@ -145,10 +145,10 @@ impl Flight {
         let view = self.navigation.eyes.get(eye).copied();
         let Some((distance, view)) = distance.zip(view) else { return };
         let earth = self.world.surfaces.terrain.earth_curvature(view.pose.position_m.z);
-        let asked = Asked { distance, view, earth, cursor_px, part, picture };
-        if self.navigation.pointer.ask(&self.gpu, &asked) {
-            self.navigation.asked = Some((cursor_px, picture));
-            self.navigation.next_look = Instant::now() + ANSWER_LOOK;
+        let request = PlaceRequest { distance, view, earth, cursor_px, part, picture };
+        if self.navigation.picker.request(&self.gpu, &request) {
+            self.navigation.requested = Some((cursor_px, picture));
+            self.navigation.next_check = Instant::now() + ANSWER_CHECK;
         }
     }
 
@@ -175,10 +175,10 @@ impl Flight {
         let from_px = drag.from_px;
         if self.navigation.grasp.is_none_or(|grasp| grasp.from_px != from_px) {
             // A drag begins when the place is known where the button was pressed.
-            let Some(pointed) = self.navigation.known(from_px).copied() else { return false };
+            let Some(under_cursor) = self.navigation.known(from_px).copied() else { return false };
             let Some((_, part)) = self.eye_at(from_px) else { return false };
             let ray = ray_through(&self.camera.pose(), part, self.eye_px());
-            let place_m = pointed.place_m.unwrap_or_else(|| self.place_in_sky(ray));
+            let place_m = under_cursor.place_m.unwrap_or_else(|| self.place_in_sky(ray));
             self.navigation.grasp = Some(Grasp { from_px, place_m, ray });
         }
         let (Some(grasp), Some(cursor_px)) = (self.navigation.grasp, self.input.cursor_px()) else { return false };
@@ -218,33 +218,33 @@ impl Flight {
     /// Zooms toward the place under the cursor, by notches of the wheel.
     pub(super) fn zoom(&mut self, notches: f64) {
         let cursor_px = self.input.cursor_px().unwrap_or_else(|| self.middle_px());
-        let waiting = match self.navigation.wish {
-            Some((Wish::Zoom(waiting), px)) if px == cursor_px => waiting,
+        let waiting = match self.navigation.waiting_action {
+            Some((CursorAction::Zoom(waiting), px)) if px == cursor_px => waiting,
             _ => 0.0,
         };
-        self.wish(Wish::Zoom(waiting + notches), cursor_px);
+        self.act_on_place(CursorAction::Zoom(waiting + notches), cursor_px);
     }
 
     /// Handles a click on the picture.
     pub(super) fn click(&mut self, cursor_px: DVec2) {
         if std::mem::take(&mut self.navigation.places_focus) {
-            self.wish(Wish::Focus, cursor_px);
+            self.act_on_place(CursorAction::Focus, cursor_px);
         } else {
-            self.touch(cursor_px);
+            self.pick_layer(cursor_px);
         }
     }
 
     /// Turns toward the place at a position of the window.
     pub(super) fn look_at(&mut self, cursor_px: DVec2) {
         // The first click of a double click selects nothing.
-        self.touch.cancel();
-        self.wish(Wish::Look, cursor_px);
+        self.layer_picking.cancel();
+        self.act_on_place(CursorAction::Look, cursor_px);
     }
 
     /// Looks straight down at the place under the cursor, or in the middle of the picture.
     pub(super) fn top_view(&mut self) {
         let over_picture = self.input.cursor_px().filter(|_| !self.overlay.is_over_panel());
-        self.wish(Wish::Top, over_picture.unwrap_or_else(|| self.middle_px()));
+        self.act_on_place(CursorAction::Top, over_picture.unwrap_or_else(|| self.middle_px()));
     }
 
     fn middle_px(&self) -> DVec2 {
@@ -252,36 +252,37 @@ impl Flight {
         0.5 * DVec2::new(width, height)
     }
 
-    fn wish(&mut self, wish: Wish, cursor_px: DVec2) {
-        self.navigation.wish = Some((wish, cursor_px));
-        self.fulfil_wish();
+    /// Carries out an action when the place under the cursor is known.
+    fn act_on_place(&mut self, action: CursorAction, cursor_px: DVec2) {
+        self.navigation.waiting_action = Some((action, cursor_px));
+        self.run_waiting_action();
     }
 
-    /// Carries out what waits for the place under the cursor, if the place is known.
-    fn fulfil_wish(&mut self) {
-        let Some((wish, cursor_px)) = self.navigation.wish else { return };
+    /// Carries out the waiting action, if the place under the cursor is known.
+    fn run_waiting_action(&mut self) {
+        let Some((action, cursor_px)) = self.navigation.waiting_action else { return };
         // While the camera zooms toward a place, the place stays under the cursor.
-        let zooms = self.camera.zoom_place_m().filter(|_| matches!(wish, Wish::Zoom(_)));
-        let same_px = |pointed: &&Pointed| pointed.cursor_px.distance(cursor_px) <= SAME_PX;
-        let at_once = zooms.filter(|_| self.navigation.pointed.as_ref().is_some_and(|it| same_px(&it)));
+        let zooms = self.camera.zoom_place_m().filter(|_| matches!(action, CursorAction::Zoom(_)));
+        let same_px = |under_cursor: &&PlaceUnderCursor| under_cursor.cursor_px.distance(cursor_px) <= SAME_PX;
+        let at_once = zooms.filter(|_| self.navigation.under_cursor.as_ref().is_some_and(|it| same_px(&it)));
         let known = match (at_once, self.navigation.known(cursor_px)) {
             (Some(place_m), _) => Some(place_m),
-            (None, Some(pointed)) => pointed.place_m,
+            (None, Some(under_cursor)) => under_cursor.place_m,
             (None, None) => return,
         };
-        self.navigation.wish = None;
+        self.navigation.waiting_action = None;
         let Some((_, part)) = self.eye_at(cursor_px) else { return };
         let ray = ray_through(&self.camera.pose(), part, self.eye_px());
         let place_m = known.unwrap_or_else(|| self.place_in_sky(ray));
-        match wish {
-            Wish::Zoom(notches) => self.camera.zoom_to(place_m, notches),
-            Wish::Focus => {
+        match action {
+            CursorAction::Zoom(notches) => self.camera.zoom_to(place_m, notches),
+            CursorAction::Focus => {
                 if let Some(place_m) = known {
                     self.focus_on(place_m);
                 }
             }
-            Wish::Look => self.camera.glide_to(self.camera.looking_at(place_m)),
-            Wish::Top => {
+            CursorAction::Look => self.camera.glide_to(self.camera.looking_at(place_m)),
+            CursorAction::Top => {
                 let distance_m = place_m.distance(self.camera.position_m);
                 self.camera.glide_to(Stand::before(place_m, distance_m, 0.0, -90.0));
             }

@@ -202,7 +202,7 @@ impl Flight {
         self.light_panel = LightPanel::new(EarthPlace::of_grid(store.georeference(), size.width, size.height));
         self.land_panel = world.land_panel();
         self.navigation = Navigation::new(Places::of(terrain));
-        self.touch.cancel();
+        self.layer_picking.cancel();
         self.export_dialog.forget();
         (self.reopening, self.reading) = (None, None);
         self.leave_path();

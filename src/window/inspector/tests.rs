@@ -18,7 +18,7 @@ use crate::style::{Style, names};
 struct Bench {
     inspector: Inspector,
     document: StyleDocument,
-    /// What the last edits said, errors included.
+    /// The messages of the last edits, errors included.
     said: Vec<String>,
     saves: usize,
 }

@@ -47,7 +47,7 @@ const ENOUGH_DETAIL: f64 = 0.5;
 /// How much of the cost of a camera the best picture may take off.
 const BEST_PICTURE: f64 = DETAIL_WEIGHT * ENOUGH_DETAIL + 1.0;
 
-/// What is to be shown.
+/// The mountain or land that a start view shows.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Subject {
     /// Position of the place.
@@ -65,7 +65,7 @@ pub(super) struct Subject {
     pub from: Option<[f64; 2]>,
 }
 
-/// What a camera sees: parts of the picture.
+/// Parts of the picture of a camera, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Seen {
     /// Without land: sky, and the next two.

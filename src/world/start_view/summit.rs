@@ -21,7 +21,7 @@ const RING_PLACES: u32 = 48;
 /// Smallest share of a ring that must have data.
 const LEAST_OF_RING: f64 = 0.3;
 
-/// A summit.
+/// A summit of a grid of heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Summit {
     pub cell: UVec2,

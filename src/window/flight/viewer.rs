@@ -1,52 +1,52 @@
-//! Pictures of the frame that are looked at, and what is remembered of the panels.
+//! Pictures of the frame that are selected at, and what is remembered of the panels.
 
 use std::time::Instant;
 
 use super::Flight;
-use super::navigate::ANSWER_LOOK;
+use super::navigate::ANSWER_CHECK;
 use crate::gpu::target::Target;
 use crate::scene::stereo::Eyes;
 use crate::studio::recent;
 use crate::window::dock::Pane;
-use crate::window::inside::{Entry, Looked, entries};
+use crate::window::picture_viewer::{Entry, FramePicture, entries};
 
 impl Flight {
-    fn looked_eye(&self) -> usize {
+    fn viewed_eye(&self) -> usize {
         usize::from(self.settings.eyes == Eyes::Right)
     }
 
-    /// Returns what can be looked at in the last frame.
-    pub(super) fn entries(&self) -> Vec<Entry> {
+    /// Returns what can be selected at in the last frame.
+    pub(super) fn viewer_entries(&self) -> Vec<Entry> {
         let Some(renderer) = self.renderer.as_ref().filter(|_| self.shows_chosen_style()) else { return Vec::new() };
-        let eye = self.looked_eye();
+        let eye = self.viewed_eye();
         entries(self.style(), |layer| renderer.ink_target(eye, layer).is_some(), &renderer.eye_targets(eye))
     }
 
-    /// Requests what is looked at of the picture that was presented.
-    pub(super) fn ask_inside(&mut self) {
-        if !self.dock.is_shown(Pane::Inside) && self.inside.looked().is_some() {
-            self.inside.close();
+    /// Requests what is selected at of the picture that was presented.
+    pub(super) fn request_viewed_picture(&mut self) {
+        if !self.dock.is_shown(Pane::Inside) && self.viewer.selected().is_some() {
+            self.viewer.close();
             self.inspector_is_old = true;
         }
-        let Some(looked) = self.inside.looked() else { return };
-        let (Some(renderer), eye) = (&self.renderer, self.looked_eye()) else { return };
-        let target: Option<&Target> = match looked {
-            Looked::Ink(layer) => renderer.ink_target(eye, *layer),
-            Looked::Picture(name, number) => renderer
+        let Some(selected) = self.viewer.selected() else { return };
+        let (Some(renderer), eye) = (&self.renderer, self.viewed_eye()) else { return };
+        let target: Option<&Target> = match selected {
+            FramePicture::Ink(layer) => renderer.ink_target(eye, *layer),
+            FramePicture::Picture(name, number) => renderer
                 .eye_targets(eye)
                 .into_iter()
                 .find(|(known, target)| known == number && target.name == *name)
                 .map(|(_, target)| target),
         };
-        self.inside.ask(&self.gpu, target, self.navigation.picture());
-        self.inside.next_look = Instant::now() + ANSWER_LOOK;
+        self.viewer.request(&self.gpu, target, self.navigation.picture());
+        self.viewer.next_check = Instant::now() + ANSWER_CHECK;
     }
 
-    /// Takes what the GPU has sent of a picture that is looked at.
-    pub(super) fn take_inside(&mut self) {
-        self.inside.next_look = Instant::now() + ANSWER_LOOK;
+    /// Takes what the GPU has sent of a picture that is selected at.
+    pub(super) fn take_viewed_picture(&mut self) {
+        self.viewer.next_check = Instant::now() + ANSWER_CHECK;
         let proxy = self.proxy.clone();
-        self.inside.take_texels(move || _ = proxy.send_event(()));
+        self.viewer.take_texels(move || _ = proxy.send_event(()));
     }
 
     /// Ends the sentences of the first start.

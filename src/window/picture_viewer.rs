@@ -36,7 +36,7 @@ const HELP: &[(&str, &str)] = &[
 
 /// A picture of the frame that can be shown instead of the drawing.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Looked {
+pub(super) enum FramePicture {
     /// The ink of a layer, by its index in the style that is drawn.
     Ink(usize),
     /// A picture, by its name and its number among those of its name.
@@ -46,55 +46,55 @@ pub(super) enum Looked {
 /// A line of the list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
-    pub looked: Looked,
+    pub selected: FramePicture,
     pub label: String,
     pub help: String,
 }
 
-/// A picture whose texels have been requested.
-struct Question {
-    looked: Looked,
+/// A picture whose texels have not arrived yet.
+struct Readback {
+    selected: FramePicture,
     name: &'static str,
     format: wgpu::TextureFormat,
     size_px: [u32; 2],
 }
 
-/// A picture as colours.
-struct Done {
-    looked: Looked,
+/// A picture converted to colours, or why it has none.
+struct Coloured {
+    selected: FramePicture,
     size_px: [u32; 2],
     rgba: Result<Vec<u8>, String>,
 }
 
 /// The picture that is shown instead of the frame's.
-pub(super) struct Inside {
-    looked: Option<Looked>,
+pub(super) struct PictureViewer {
+    selected: Option<FramePicture>,
     /// Where the picture begins, as a part of the window's width from its left border.
     divider: f32,
     readback: Option<(AsyncReadback, u64)>,
-    open: Option<Question>,
-    /// What was requested last, and of which picture of the window.
-    asked: Option<(Looked, u64)>,
+    pending: Option<Readback>,
+    /// The last request, and the number of the window's picture that it was for.
+    requested: Option<(FramePicture, u64)>,
     /// Whether colours are being computed.
     is_working: bool,
-    sender: Sender<Done>,
-    done: Receiver<Done>,
-    texture: Option<(TextureHandle, Looked)>,
+    sender: Sender<Coloured>,
+    done: Receiver<Coloured>,
+    texture: Option<(TextureHandle, FramePicture)>,
     error: Option<String>,
-    pub(super) next_look: Instant,
+    pub(super) next_check: Instant,
 }
 
-/// Returns what can be looked at in a frame: the ink of each layer of `style`, and the pictures of the frame.
+/// Returns what can be selected at in a frame: the ink of each layer of `style`, and the pictures of the frame.
 pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: &[(usize, &Target)]) -> Vec<Entry> {
     let inks = (0..style.layers.len()).rev().filter(|layer| has_ink(*layer)).map(|layer| Entry {
-        looked: Looked::Ink(layer),
+        selected: FramePicture::Ink(layer),
         label: format!("Ink of {}", title(&style.layers.key(layer)).to_lowercase()),
         help: "How much of each pixel the layer covers, before haze".to_owned(),
     });
     let mut entries: Vec<Entry> = inks.collect();
     for (number, target) in pictures {
-        let looked = Looked::Picture(target.name, *number);
-        if target.size_px() == [1, 1] || entries.iter().any(|entry| entry.looked == looked) {
+        let selected = FramePicture::Picture(target.name, *number);
+        if target.size_px() == [1, 1] || entries.iter().any(|entry| entry.selected == selected) {
             continue;
         }
         let label = if *number > 0 { format!("{} {}", target.name, number + 1) } else { target.name.to_owned() };
@@ -106,60 +106,60 @@ pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: 
             target.texture.format(),
             target.name
         );
-        entries.push(Entry { looked, label, help });
+        entries.push(Entry { selected, label, help });
     }
     entries
 }
 
-impl Inside {
+impl PictureViewer {
     /// Creates the state in which the frame's own picture is shown.
     pub(super) fn new() -> Self {
         let (sender, done) = channel();
         Self {
-            looked: None,
+            selected: None,
             divider: 0.0,
             readback: None,
-            open: None,
-            asked: None,
+            pending: None,
+            requested: None,
             is_working: false,
             sender,
             done,
             texture: None,
             error: None,
-            next_look: Instant::now(),
+            next_check: Instant::now(),
         }
     }
 
-    /// Returns what is looked at.
-    pub(super) fn looked(&self) -> Option<&Looked> {
-        self.looked.as_ref()
+    /// Returns what is selected at.
+    pub(super) fn selected(&self) -> Option<&FramePicture> {
+        self.selected.as_ref()
     }
 
     /// Shows the frame's own picture again.
     pub(super) fn close(&mut self) {
-        self.look_at(None);
+        self.select(None);
     }
 
-    fn look_at(&mut self, looked: Option<Looked>) {
-        self.looked = looked;
-        self.asked = None;
+    fn select(&mut self, selected: Option<FramePicture>) {
+        self.selected = selected;
+        self.requested = None;
         self.error = None;
-        if self.looked.is_none() {
+        if self.selected.is_none() {
             self.texture = None;
         }
     }
 
-    /// Returns whether an answer of the GPU is awaited.
+    /// Returns whether texels are pending.
     pub(super) fn is_waiting(&self) -> bool {
-        self.open.is_some()
+        self.pending.is_some()
     }
 
-    /// Requests the texels of `target`, which is what is looked at in picture number `picture` of the window, unless they
+    /// Requests the texels of `target`, which is what is selected at in picture number `picture` of the window, unless they
     /// are known or under way.
-    pub(super) fn ask(&mut self, gpu: &Gpu, target: Option<&Target>, picture: u64) {
-        let Some(looked) = self.looked.clone() else { return };
-        let asked = Some((looked.clone(), picture));
-        if self.open.is_some() || self.is_working || self.asked == asked {
+    pub(super) fn request(&mut self, gpu: &Gpu, target: Option<&Target>, picture: u64) {
+        let Some(selected) = self.selected.clone() else { return };
+        let requested = Some((selected.clone(), picture));
+        if self.pending.is_some() || self.is_working || self.requested == requested {
             return;
         }
         let Some(target) = target else {
@@ -176,20 +176,20 @@ impl Inside {
         }
         let Some((readback, _)) = &mut self.readback else { return };
         if readback.request_picture(gpu, &target.texture) {
-            self.open = Some(Question { looked, name: target.name, format, size_px: [width, height] });
-            self.asked = asked;
+            self.pending = Some(Readback { selected, name: target.name, format, size_px: [width, height] });
+            self.requested = requested;
         }
     }
 
     /// Takes texels that have arrived, and begins to turn them into colours; then calls `wake`.
     pub(super) fn take_texels(&mut self, wake: impl Fn() + Send + 'static) {
-        let (Some((readback, _)), true) = (&mut self.readback, self.open.is_some()) else { return };
+        let (Some((readback, _)), true) = (&mut self.readback, self.pending.is_some()) else { return };
         let bytes = readback.take();
         if bytes.is_none() && !readback.is_waiting() {
             // The device is lost.
-            self.open = None;
+            self.pending = None;
         }
-        let Some((bytes, question)) = bytes.zip(self.open.take_if(|_| !readback.is_waiting())) else { return };
+        let Some((bytes, question)) = bytes.zip(self.pending.take_if(|_| !readback.is_waiting())) else { return };
         let sender = self.sender.clone();
         self.is_working = true;
         rayon::spawn(move || {
@@ -201,9 +201,9 @@ impl Inside {
 
     /// Takes colours that are finished. Returns whether the view changes.
     pub(super) fn take_colours(&mut self, context: &egui::Context) -> bool {
-        let Ok(Done { looked, size_px, rgba }) = self.done.try_recv() else { return false };
+        let Ok(Coloured { selected, size_px, rgba }) = self.done.try_recv() else { return false };
         self.is_working = false;
-        if self.looked.as_ref() != Some(&looked) {
+        if self.selected.as_ref() != Some(&selected) {
             return true;
         }
         match rgba {
@@ -212,10 +212,10 @@ impl Inside {
                 match &mut self.texture {
                     Some((texture, of)) => {
                         texture.set(image, TextureOptions::NEAREST);
-                        *of = looked;
+                        *of = selected;
                     }
                     None => {
-                        self.texture = Some((context.load_texture("inside", image, TextureOptions::NEAREST), looked));
+                        self.texture = Some((context.load_texture("inside", image, TextureOptions::NEAREST), selected));
                     }
                 }
                 self.error = None;
@@ -230,7 +230,7 @@ impl Inside {
 
     /// Paints the picture over that of the frame, right of the divider.
     pub(super) fn paint(&self, context: &egui::Context) {
-        let Some((texture, _)) = self.texture.as_ref().filter(|(_, of)| self.looked.as_ref() == Some(of)) else {
+        let Some((texture, _)) = self.texture.as_ref().filter(|(_, of)| self.selected.as_ref() == Some(of)) else {
             return;
         };
         let whole = context.viewport_rect();
@@ -244,7 +244,7 @@ impl Inside {
         }
     }
 
-    /// Adds the list of what can be looked at.
+    /// Adds the list of what can be selected at.
     pub(super) fn show(&mut self, ui: &mut Ui, entries: &[Entry]) {
         ui.label(RichText::new("A picture of the frame, instead of the drawing.").weak());
         let mut divider = 100.0 * self.divider;
@@ -254,30 +254,30 @@ impl Inside {
         self.divider = divider / 100.0;
         ui.separator();
         let mut chosen = None;
-        if ui.selectable_label(self.looked.is_none(), "The drawing").clicked() {
+        if ui.selectable_label(self.selected.is_none(), "The drawing").clicked() {
             chosen = Some(None);
         }
         if let Some(error) = &self.error {
             ui.colored_label(super::panel::WARNING, error);
         }
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            for Entry { looked, label, help } in entries {
-                let is_shown = self.looked.as_ref() == Some(looked);
+            for Entry { selected, label, help } in entries {
+                let is_shown = self.selected.as_ref() == Some(selected);
                 let line = ui.selectable_label(is_shown, label).on_hover_text(help);
                 if line.clicked() {
-                    chosen = Some((!is_shown).then(|| looked.clone()));
+                    chosen = Some((!is_shown).then(|| selected.clone()));
                 }
             }
         });
-        if let Some(looked) = chosen {
-            self.look_at(looked);
+        if let Some(selected) = chosen {
+            self.select(selected);
         }
     }
 }
 
 /// Turns the rows of a picture, which are padded, into colours.
-fn colours(question: Question, bytes: &[u8]) -> Done {
-    let Question { looked, name, format, size_px } = question;
+fn colours(question: Readback, bytes: &[u8]) -> Coloured {
+    let Readback { selected, name, format, size_px } = question;
     let [width, height] = size_px.map(|side| side as usize);
     let padded = bytes.len() / height.max(1);
     let texel = if format.is_depth_stencil_format() { 4 } else { format.block_copy_size(None).unwrap_or(4) as usize };
@@ -285,7 +285,11 @@ fn colours(question: Question, bytes: &[u8]) -> Done {
     let texels: Vec<u8> = rows.flat_map(|row| &row[..(width * texel).min(row.len())]).copied().collect();
     let shown = show::of_bytes(name, format, size_px, &texels);
     let rgba = shown.map(|shown| shown.rgba8());
-    Done { looked, size_px, rgba: rgba.ok_or_else(|| format!("Pictures in the format {format:?} cannot be shown.")) }
+    Coloured {
+        selected,
+        size_px,
+        rgba: rgba.ok_or_else(|| format!("Pictures in the format {format:?} cannot be shown.")),
+    }
 }
 
 #[cfg(test)]
@@ -303,10 +307,15 @@ mod tests {
     const SIZE_PX: [u32; 2] = [120, 72];
 
     /// Returns what a target looks like, through the whole way: readback, colours, texture.
-    fn looked(world: &World, context: &egui::Context, target: &Target, looked: Looked) -> Result<usize, String> {
-        let mut inside = Inside::new();
-        inside.look_at(Some(looked));
-        inside.ask(&world.gpu, Some(target), 1);
+    fn selected(
+        world: &World,
+        context: &egui::Context,
+        target: &Target,
+        selected: FramePicture,
+    ) -> Result<usize, String> {
+        let mut inside = PictureViewer::new();
+        inside.select(Some(selected));
+        inside.request(&world.gpu, Some(target), 1);
         assert!(inside.is_waiting());
         world.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         let (sender, woken) = channel();
@@ -314,7 +323,7 @@ mod tests {
         woken.recv_timeout(Duration::from_secs(30)).unwrap();
         assert!(inside.take_colours(context) && !inside.is_waiting());
         // The same picture is not read twice.
-        inside.ask(&world.gpu, Some(target), 1);
+        inside.request(&world.gpu, Some(target), 1);
         assert!(!inside.is_waiting());
         match (inside.texture, inside.error) {
             (Some((texture, _)), None) => Ok(texture.size()[0] * texture.size()[1]),
@@ -338,30 +347,30 @@ mod tests {
             let labels: BTreeSet<&String> = list.iter().map(|entry| &entry.label).collect();
             assert_eq!(labels.len(), list.len(), "{list:?}");
             for entry in &list {
-                let target = match &entry.looked {
-                    Looked::Ink(layer) => renderer.ink_target(0, *layer).unwrap(),
-                    Looked::Picture(name, number) => {
+                let target = match &entry.selected {
+                    FramePicture::Ink(layer) => renderer.ink_target(0, *layer).unwrap(),
+                    FramePicture::Picture(name, number) => {
                         let found = pictures.iter().find(|(known, it)| known == number && it.name == *name);
                         names.insert(*name);
                         found.unwrap().1
                     }
                 };
                 let size_px = target.size_px();
-                match looked(&world, &context, target, entry.looked.clone()) {
+                match selected(&world, &context, target, entry.selected.clone()) {
                     Ok(texels) => assert_eq!(texels, (size_px[0] * size_px[1]) as usize),
                     // Formats for which render --show has no colours either.
                     Err(error) => assert!(error.contains("cannot be shown"), "{}: {error}", entry.label),
                 }
             }
-            assert!(list.iter().any(|entry| matches!(entry.looked, Looked::Ink(_))), "{name}");
+            assert!(list.iter().any(|entry| matches!(entry.selected, FramePicture::Ink(_))), "{name}");
         }
         for wanted in ["depth", "distance", "errors", "stroke ids", "edge ids", "tone", "picture"] {
             assert!(names.contains(wanted), "{wanted}: {names:?}");
         }
         // Planted: a picture of another number is not there.
-        let mut inside = Inside::new();
-        inside.look_at(Some(Looked::Picture("depth", 7)));
-        inside.ask(&world.gpu, None, 1);
+        let mut inside = PictureViewer::new();
+        inside.select(Some(FramePicture::Picture("depth", 7)));
+        inside.request(&world.gpu, None, 1);
         assert_eq!(inside.error.as_deref(), Some("This style has no such picture."));
     }
 }

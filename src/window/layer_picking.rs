@@ -1,5 +1,5 @@
-//! The layer that drew what is under the cursor: the inks of the layers around a pixel of the last picture, read back
-//! from the GPU without waiting.
+//! Finds the layer that drew a pixel: the inks of the layers around the pixel of the last picture are read back from the
+//! GPU without waiting.
 //!
 //! Why: `docs/decisions/layer-under-the-cursor.md`.
 
@@ -24,7 +24,7 @@ const DRAWN: [f32; 2] = [0.25, 0.04];
 
 /// The part of a style that drew a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Touched {
+pub(super) enum DrawnPart {
     /// A layer, by its index in the style that was drawn.
     Layer(usize),
     /// The tones of the surface.
@@ -33,18 +33,18 @@ pub(super) enum Touched {
     Sky,
 }
 
-/// An ink of the picture that is asked about.
+/// An ink of a style, with the picture that its layer drew.
 #[derive(Clone, Debug)]
-pub(super) struct AskedInk<'a> {
+pub(super) struct InkPicture<'a> {
     pub ink: StyleInk,
     /// The picture of its layer; `None` if the layer drew nothing.
     pub picture: Option<&'a Target>,
 }
 
-/// A question about a pixel, and the picture that it is about.
-pub(super) struct Asked<'a> {
+/// A request for the layer that drew a pixel.
+pub(super) struct PickRequest<'a> {
     /// The inks of the style, from the bottom to the top.
-    pub inks: Vec<AskedInk<'a>>,
+    pub inks: Vec<InkPicture<'a>>,
     /// Distances along the view axis.
     pub distance: &'a Target,
     /// Metres to the shore, in a style with water.
@@ -64,42 +64,42 @@ struct Patch {
     texel_bytes: usize,
 }
 
-/// A question that is in flight.
-struct Question {
+/// A request whose texels have not arrived yet.
+struct PendingPick {
     /// The inks that were drawn, with the indices of their pictures.
     inks: Vec<(StyleInk, usize)>,
     patches: Vec<Patch>,
     distance: usize,
     water: Option<(usize, usize)>,
     haze_m: f64,
-    /// Size of the rectangle, and the pixel in it that was asked about.
+    /// Size of the rectangle that is read, and the requested pixel in it.
     size_px: [usize; 2],
-    asked_px: [usize; 2],
+    picked_px: [usize; 2],
 }
 
-/// The questions in flight.
-pub(super) struct Toucher {
+/// Requests layers and returns them when the GPU has answered.
+pub(super) struct LayerPicker {
     readback: AsyncReadback,
-    open: VecDeque<Question>,
+    pending: VecDeque<PendingPick>,
 }
 
-/// The answer: what drew the pixel, and the pixel that shows it, relative to the one that was asked about.
+/// The part of the style that drew the requested pixel or one near it, and the offset of that pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Answer {
-    pub touched: Touched,
-    pub off_px: [i32; 2],
+pub(super) struct PickedPart {
+    pub part: DrawnPart,
+    pub offset_px: [i32; 2],
 }
 
-impl Toucher {
-    /// Creates a toucher without questions.
+impl LayerPicker {
+    /// Creates a picker without requests.
     pub(super) fn new() -> Self {
         let pictures = (MAX_INKS + OTHERS) as u64;
-        Self { readback: AsyncReadback::new(pictures * u64::from(SIDE) * ROW_BYTES), open: VecDeque::new() }
+        Self { readback: AsyncReadback::new(pictures * u64::from(SIDE) * ROW_BYTES), pending: VecDeque::new() }
     }
 
-    /// Asks what drew a pixel of the last picture. Returns `false` if too many questions are in flight.
-    pub(super) fn ask(&mut self, gpu: &Gpu, asked: Asked<'_>) -> bool {
-        let Asked { inks, distance, water, water_layer, haze_m, part } = asked;
+    /// Requests the layer that drew a pixel of the last picture. Returns `false` if too many requests are pending.
+    pub(super) fn request(&mut self, gpu: &Gpu, request: PickRequest<'_>) -> bool {
+        let PickRequest { inks, distance, water, water_layer, haze_m, part } = request;
         let whole_px = distance.size_px();
         let is_whole = |target: &&Target| target.size_px() == whole_px;
         let mut pictures: Vec<&Target> = vec![distance];
@@ -108,7 +108,7 @@ impl Toucher {
             (pictures.len() - 1, layer)
         });
         let mut drawn = Vec::new();
-        for AskedInk { ink, picture } in inks {
+        for InkPicture { ink, picture } in inks {
             let Some(picture) = picture.filter(is_whole) else { continue };
             // Inks of the same layer share a picture.
             let known = pictures.iter().position(|known| known.texture == picture.texture);
@@ -126,45 +126,45 @@ impl Toucher {
             Patch { format, texel_bytes: format.block_copy_size(None).unwrap_or(4) as usize }
         };
         let patches = pictures.iter().map(patch).collect();
-        let is_asked = self.readback.request_patches(gpu, &pictures, first_px, size_px);
-        if is_asked {
-            self.open.push_back(Question {
+        let is_sent = self.readback.request_patches(gpu, &pictures, first_px, size_px);
+        if is_sent {
+            self.pending.push_back(PendingPick {
                 inks: drawn,
                 patches,
                 distance: 0,
                 water,
                 haze_m,
                 size_px: size_px.map(|side| side as usize),
-                asked_px: [0, 1].map(|axis| (at_px[axis] - first_px[axis]) as usize),
+                picked_px: [0, 1].map(|axis| (at_px[axis] - first_px[axis]) as usize),
             });
         }
-        is_asked
+        is_sent
     }
 
-    /// Returns whether questions are in flight.
+    /// Returns whether requests are pending.
     pub(super) fn is_waiting(&self) -> bool {
         self.readback.is_waiting()
     }
 
-    /// Drops all questions.
+    /// Drops all requests.
     pub(super) fn forget(&mut self) {
         self.readback.forget();
-        self.open.clear();
+        self.pending.clear();
     }
 
     /// Takes the oldest answer that has arrived.
-    pub(super) fn take(&mut self) -> Option<Answer> {
+    pub(super) fn take(&mut self) -> Option<PickedPart> {
         let bytes = self.readback.take();
         if bytes.is_none() && !self.readback.is_waiting() {
             // The device dropped the rest.
-            self.open.clear();
+            self.pending.clear();
         }
         let bytes = bytes?;
-        Some(self.open.pop_front()?.answer(&bytes))
+        Some(self.pending.pop_front()?.answer(&bytes))
     }
 }
 
-impl Question {
+impl PendingPick {
     /// Returns the channels of a picture: for each, its texels row by row.
     fn planes(&self, bytes: &[u8], picture: usize) -> Vec<Vec<f32>> {
         let [width, height] = self.size_px;
@@ -175,7 +175,7 @@ impl Question {
     }
 
     /// Returns the answer from the texels of all pictures.
-    fn answer(&self, bytes: &[u8]) -> Answer {
+    fn answer(&self, bytes: &[u8]) -> PickedPart {
         let [width, height] = self.size_px;
         let count = width * height;
         let distance_m = self.planes(bytes, self.distance).pop().unwrap_or_else(|| vec![0.0; count]);
@@ -187,35 +187,35 @@ impl Question {
                 (0..count).map(|pixel| self.amount(ink, &planes, &distance_m, pixel)).collect()
             })
             .collect();
-        let off_px = |pixel: usize| {
+        let offset_px = |pixel: usize| {
             let at = [pixel % width, pixel / width];
-            [0, 1].map(|axis| at[axis] as i32 - self.asked_px[axis] as i32)
+            [0, 1].map(|axis| at[axis] as i32 - self.picked_px[axis] as i32)
         };
         let mut pixels: Vec<usize> = (0..count).collect();
-        pixels.sort_by_key(|pixel| off_px(*pixel).map(|off| off * off).iter().sum::<i32>());
+        pixels.sort_by_key(|pixel| offset_px(*pixel).map(|off| off * off).iter().sum::<i32>());
         for least in DRAWN {
             for &pixel in &pixels {
                 // What is left of the inks below those that have been looked at.
                 let mut visible = 1.0;
                 for ((ink, _), amounts) in self.inks.iter().zip(&amounts).rev() {
                     if visible * amounts[pixel] >= least {
-                        let touched = ink.layer.map_or(Touched::Sky, Touched::Layer);
-                        return Answer { touched, off_px: off_px(pixel) };
+                        let part = ink.layer.map_or(DrawnPart::Sky, DrawnPart::Layer);
+                        return PickedPart { part, offset_px: offset_px(pixel) };
                     }
                     visible *= 1.0 - amounts[pixel];
                 }
             }
         }
-        let pixel = self.asked_px[1] * width + self.asked_px[0];
+        let pixel = self.picked_px[1] * width + self.picked_px[0];
         let in_water = self.water.filter(|(picture, _)| {
             self.planes(bytes, *picture).first().is_some_and(|shore_m| shore_m.get(pixel).is_some_and(|it| *it > 0.0))
         });
-        let touched = match in_water {
-            Some((_, layer)) => Touched::Layer(layer),
-            None if distance_m.get(pixel).is_some_and(|it| *it > 0.0) => Touched::Tone,
-            None => Touched::Sky,
+        let part = match in_water {
+            Some((_, layer)) => DrawnPart::Layer(layer),
+            None if distance_m.get(pixel).is_some_and(|it| *it > 0.0) => DrawnPart::Tone,
+            None => DrawnPart::Sky,
         };
-        Answer { touched, off_px: [0, 0] }
+        PickedPart { part, offset_px: [0, 0] }
     }
 
     /// Returns how much of a pixel an ink covers, 0 to 1, after haze.
@@ -272,13 +272,13 @@ mod tests {
         texels.into_iter().map(|[red, green, blue, _]| red + green + blue).collect()
     }
 
-    fn answer(world: &World, renderer: &Renderer, style: &Style, pixel: [u32; 2]) -> Answer {
-        let mut toucher = Toucher::new();
+    fn answer(world: &World, renderer: &Renderer, style: &Style, pixel: [u32; 2]) -> PickedPart {
+        let mut picker = LayerPicker::new();
         let inks = style.inks().into_iter().map(|ink| {
             let picture = ink.layer.and_then(|layer| renderer.ink_target(0, layer));
-            AskedInk { ink, picture }
+            InkPicture { ink, picture }
         });
-        let asked = Asked {
+        let request = PickRequest {
             inks: inks.collect(),
             distance: renderer.target(&DISTANCE).unwrap(),
             water: renderer.target(&WATER),
@@ -286,10 +286,10 @@ mod tests {
             haze_m: north_west().haze_m,
             part: DVec2::new(0.5 + f64::from(pixel[0]), 0.5 + f64::from(pixel[1])) / DVec2::new(160.0, 96.0),
         };
-        assert!(toucher.ask(&world.gpu, asked));
+        assert!(picker.request(&world.gpu, request));
         world.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        let answer = toucher.take().unwrap();
-        assert!(!toucher.is_waiting());
+        let answer = picker.take().unwrap();
+        assert!(!picker.is_waiting());
         answer
     }
 
@@ -307,7 +307,8 @@ mod tests {
             let picture = lightness(&mut world, &mut renderer, &view, &style);
             let asked: Vec<[u32; 2]> =
                 (0..160).step_by(7).flat_map(|x| (0..96).step_by(7).map(move |y| [x, y])).collect();
-            let answers: Vec<Answer> = asked.iter().map(|pixel| answer(&world, &renderer, &style, *pixel)).collect();
+            let answers: Vec<PickedPart> =
+                asked.iter().map(|pixel| answer(&world, &renderer, &style, *pixel)).collect();
             let without: Vec<Vec<f64>> = (0..style.layers.len())
                 .map(|layer| {
                     let key = style.layers.key(layer);
@@ -315,9 +316,9 @@ mod tests {
                     lightness(&mut world, &mut renderer, &view, &less)
                 })
                 .collect();
-            for (pixel, Answer { touched, off_px }) in asked.iter().zip(answers) {
-                let Touched::Layer(layer) = touched else { continue };
-                let at = [0, 1].map(|axis| (pixel[axis] as i32 + off_px[axis]) as usize);
+            for (pixel, PickedPart { part, offset_px }) in asked.iter().zip(answers) {
+                let DrawnPart::Layer(layer) = part else { continue };
+                let at = [0, 1].map(|axis| (pixel[axis] as i32 + offset_px[axis]) as usize);
                 let at = at[1] * 160 + at[0];
                 let changes = |layer: usize| (without[layer][at] - picture[at]).abs() > 0.02;
                 let counts = kinds.entry(style.layers[layer].kind()).or_default();

@@ -13,9 +13,9 @@ use crate::gpu::target::Target;
 use crate::scene::view::View;
 use crate::tiles::earth_curvature::EarthCurvature;
 
-/// An answer: what the picture shows at a position of the cursor.
+/// The place that the picture shows at a position of the cursor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pointed {
+pub(super) struct PlaceUnderCursor {
     /// Position of the cursor in the window, in pixels.
     pub cursor_px: DVec2,
     /// Number of the picture.
@@ -26,8 +26,8 @@ pub(super) struct Pointed {
     pub distance_m: f64,
 }
 
-/// A question that is in flight.
-struct Question {
+/// A request whose texel has not arrived yet.
+struct PendingPlace {
     cursor_px: DVec2,
     picture: u64,
     /// The eye's view, without jitter.
@@ -36,14 +36,14 @@ struct Question {
     earth: EarthCurvature,
 }
 
-/// The questions in flight.
-pub(super) struct Pointer {
+/// Requests places and returns them when the GPU has answered.
+pub(super) struct PlacePicker {
     readback: AsyncReadback,
-    open: VecDeque<Question>,
+    pending: VecDeque<PendingPlace>,
 }
 
-/// Where a picture is asked about.
-pub(super) struct Asked<'a> {
+/// A request for the place at a position of the cursor.
+pub(super) struct PlaceRequest<'a> {
     /// Distances of the picture of the eye.
     pub distance: &'a Target,
     /// The view of the eye.
@@ -58,53 +58,53 @@ pub(super) struct Asked<'a> {
     pub picture: u64,
 }
 
-impl Pointer {
-    /// Creates a pointer without questions.
+impl PlacePicker {
+    /// Creates a picker without requests.
     pub(super) fn new() -> Self {
-        Self { readback: AsyncReadback::new(4), open: VecDeque::new() }
+        Self { readback: AsyncReadback::new(4), pending: VecDeque::new() }
     }
 
-    /// Asks what the last picture shows. Returns `false` if too many questions are in flight.
-    pub(super) fn ask(&mut self, gpu: &Gpu, asked: &Asked<'_>) -> bool {
-        let Asked { distance, view, earth, cursor_px, part, picture } = *asked;
+    /// Requests the place that the last picture shows. Returns `false` if too many requests are pending.
+    pub(super) fn request(&mut self, gpu: &Gpu, request: &PlaceRequest<'_>) -> bool {
+        let PlaceRequest { distance, view, earth, cursor_px, part, picture } = *request;
         let size = [distance.texture.width(), distance.texture.height()];
         let pixel = [0, 1].map(|axis| ((part[axis] * f64::from(size[axis])) as u32).min(size[axis].saturating_sub(1)));
-        let is_asked = self.readback.request_texel(gpu, distance, pixel);
-        if is_asked {
-            self.open.push_back(Question { cursor_px, picture, view, pixel, earth });
+        let is_sent = self.readback.request_texel(gpu, distance, pixel);
+        if is_sent {
+            self.pending.push_back(PendingPlace { cursor_px, picture, view, pixel, earth });
         }
-        is_asked
+        is_sent
     }
 
-    /// Returns whether questions are in flight.
+    /// Returns whether requests are pending.
     pub(super) fn is_waiting(&self) -> bool {
         self.readback.is_waiting()
     }
 
-    /// Takes the answers that have arrived, and returns the newest.
-    pub(super) fn take(&mut self) -> Option<Pointed> {
+    /// Takes the places that have arrived, and returns the newest.
+    pub(super) fn take(&mut self) -> Option<PlaceUnderCursor> {
         let mut newest = None;
         while let Some(bytes) = self.readback.take() {
-            let question = self.open.pop_front()?;
+            let question = self.pending.pop_front()?;
             let along_m = bytes.first_chunk().map_or(0.0, |bytes| f32::from_le_bytes(*bytes));
             newest = Some(question.answer(f64::from(along_m)));
         }
         if !self.readback.is_waiting() {
             // The device dropped the rest.
-            self.open.clear();
+            self.pending.clear();
         }
         newest
     }
 }
 
-impl Question {
-    /// Returns the answer, from the distance along the view axis; 0 is the sky.
-    fn answer(&self, along_m: f64) -> Pointed {
+impl PendingPlace {
+    /// Returns the place, from the distance along the view axis; 0 is the sky.
+    fn answer(&self, along_m: f64) -> PlaceUnderCursor {
         let Self { cursor_px, picture, view, pixel, earth } = self;
         let ray = view.ray(DVec2::new(f64::from(pixel[0]) + 0.5, f64::from(pixel[1]) + 0.5));
         let is_surface = along_m > 0.0 && along_m.is_finite();
         let seen_m = ray * along_m;
-        Pointed {
+        PlaceUnderCursor {
             cursor_px: *cursor_px,
             picture: *picture,
             place_m: is_surface.then(|| view.pose.position_m + earth.unbend(seen_m)),
@@ -121,7 +121,7 @@ mod tests {
     use crate::scene::camera::Camera;
     use crate::window::fly_camera::FlyCamera;
 
-    fn question(part: DVec2, inverse_radius: f64) -> Question {
+    fn question(part: DVec2, inverse_radius: f64) -> PendingPlace {
         let start = Camera {
             position_m: DVec3::new(1000.0, -2000.0, 1500.0),
             height_above_ground: false,
@@ -133,7 +133,7 @@ mod tests {
         let view = View::whole(pose, pose, [640, 360]);
         let pixel = [(part.x * 640.0) as u32, (part.y * 360.0) as u32];
         let earth = EarthCurvature { inverse_radius, camera_z_m: 1500.0, lowest_m: 0.0 };
-        Question { cursor_px: part, picture: 1, view, pixel, earth }
+        PendingPlace { cursor_px: part, picture: 1, view, pixel, earth }
     }
 
     #[test]
@@ -143,7 +143,7 @@ mod tests {
         // The pixel that sees the place, and its distance along the axis.
         let way_m = wanted_m - question.view.pose.position_m;
         let px = question.view.place_px(way_m).unwrap();
-        let question = Question { pixel: [px.x as u32, px.y as u32], ..question };
+        let question = PendingPlace { pixel: [px.x as u32, px.y as u32], ..question };
         let answer = question.answer(way_m.dot(question.view.pose.forward));
         let off_m = answer.place_m.unwrap().distance(wanted_m);
         let pixel_m = way_m.length() / question.view.focal_px();
