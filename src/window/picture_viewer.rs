@@ -84,7 +84,7 @@ pub(super) struct PictureViewer {
     pub(super) next_check: Instant,
 }
 
-/// Returns what can be selected at in a frame: the ink of each layer of `style`, and the pictures of the frame.
+/// Returns the pictures of a frame that can be shown: the ink of each layer of `style`, and the targets of the frame.
 pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: &[(usize, &Target)]) -> Vec<Entry> {
     let inks = (0..style.layers.len()).rev().filter(|layer| has_ink(*layer)).map(|layer| Entry {
         selected: FramePicture::Ink(layer),
@@ -130,7 +130,7 @@ impl PictureViewer {
         }
     }
 
-    /// Returns what is selected at.
+    /// Returns the picture that is shown instead of the drawing.
     pub(super) fn selected(&self) -> Option<&FramePicture> {
         self.selected.as_ref()
     }
@@ -154,8 +154,8 @@ impl PictureViewer {
         self.pending.is_some()
     }
 
-    /// Requests the texels of `target`, which is what is selected at in picture number `picture` of the window, unless they
-    /// are known or under way.
+    /// Requests the texels of `target`, the selected picture in picture number `picture` of the window, unless they are
+    /// known or pending.
     pub(super) fn request(&mut self, gpu: &Gpu, target: Option<&Target>, picture: u64) {
         let Some(selected) = self.selected.clone() else { return };
         let requested = Some((selected.clone(), picture));
@@ -244,7 +244,7 @@ impl PictureViewer {
         }
     }
 
-    /// Adds the list of what can be selected at.
+    /// Adds the list of pictures.
     pub(super) fn show(&mut self, ui: &mut Ui, entries: &[Entry]) {
         ui.label(RichText::new("A picture of the frame, instead of the drawing.").weak());
         let mut divider = 100.0 * self.divider;

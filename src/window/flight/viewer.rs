@@ -1,4 +1,4 @@
-//! Pictures of the frame that are selected at, and what is remembered of the panels.
+//! The picture of the frame that is shown instead of the drawing, and what is remembered of the panels.
 
 use std::time::Instant;
 
@@ -15,14 +15,14 @@ impl Flight {
         usize::from(self.settings.eyes == Eyes::Right)
     }
 
-    /// Returns what can be selected at in the last frame.
+    /// Returns the pictures of the last frame that can be shown.
     pub(super) fn viewer_entries(&self) -> Vec<Entry> {
         let Some(renderer) = self.renderer.as_ref().filter(|_| self.shows_chosen_style()) else { return Vec::new() };
         let eye = self.viewed_eye();
         entries(self.style(), |layer| renderer.ink_target(eye, layer).is_some(), &renderer.eye_targets(eye))
     }
 
-    /// Requests what is selected at of the picture that was presented.
+    /// Requests the texels of the selected picture.
     pub(super) fn request_viewed_picture(&mut self) {
         if !self.dock.is_shown(Pane::Inside) && self.viewer.selected().is_some() {
             self.viewer.close();
@@ -42,7 +42,7 @@ impl Flight {
         self.viewer.next_check = Instant::now() + ANSWER_CHECK;
     }
 
-    /// Takes what the GPU has sent of a picture that is selected at.
+    /// Takes texels of the selected picture that have arrived.
     pub(super) fn take_viewed_picture(&mut self) {
         self.viewer.next_check = Instant::now() + ANSWER_CHECK;
         let proxy = self.proxy.clone();
