@@ -35,7 +35,7 @@ impl LandPanel {
         if !ranges::EXAGGERATION.holds(settings.exaggeration) {
             settings.exaggeration = 1.0;
         }
-        self.sea(ui, &mut settings.sea_level_m, draws_water);
+        self.sea(ui, &mut settings.sea_level_m);
         self.trees(ui, &mut settings.tree_seed);
         if let Some(seed) = &mut settings.world_seed {
             ui.add_enabled_ui(self.refusal.is_none(), |ui| {
@@ -45,32 +45,31 @@ impl LandPanel {
                 seed_row(ui, "World seed", &hint, seed);
             });
         }
-    }
-
-    /// Adds the switch and the height of the sea.
-    fn sea(&mut self, ui: &mut Ui, sea_level_m: &mut Option<f64>, draws_water: bool) {
-        let mut is_on = sea_level_m.is_some();
-        let hint = "Whether low land is sea (--sea-level), in styles that draw water";
-        labelled(ui, "Sea", hint, Checkbox::new(&mut is_on, ""));
-        if !is_on {
-            *sea_level_m = None;
-            return;
-        }
-        let level_m = sea_level_m.get_or_insert(self.last_sea_m);
-        let [low_m, high_m] = self.range_m;
-        // A scene's sea may be far from the land, and so may a number that is typed.
-        let slider = Slider::new(level_m, low_m..=high_m).clamping(egui::SliderClamping::Never);
-        let slider = slider.suffix(" m").max_decimals(1);
-        labelled(ui, "Sea level", "Land at or below this true height is sea (--sea-level)", slider);
-        if ranges::SEA_LEVEL_M.holds(*level_m) {
-            self.last_sea_m = *level_m;
-        } else {
-            *level_m = self.last_sea_m;
-        }
-        if !draws_water {
+        // It comes and goes below everything that a click may be meant for.
+        if settings.sea_level_m.is_some() && !draws_water {
             let text = "This style draws no water: it has no layer “water”.";
             ui.add(egui::Label::new(RichText::new(text).weak()).wrap());
         }
+    }
+
+    /// Adds the switch and the height of the sea. The height keeps its row while there is no sea: where frames are slow, a
+    /// row that appears would move the ones below away from under the next click.
+    fn sea(&mut self, ui: &mut Ui, sea_level_m: &mut Option<f64>) {
+        let mut is_on = sea_level_m.is_some();
+        let hint = "Whether low land is sea (--sea-level), in styles that draw water";
+        labelled(ui, "Sea", hint, Checkbox::new(&mut is_on, ""));
+        let mut level_m = sea_level_m.unwrap_or(self.last_sea_m);
+        let [low_m, high_m] = self.range_m;
+        ui.add_enabled_ui(is_on, |ui| {
+            // A scene's sea may be far from the land, and so may a number that is typed.
+            let slider = Slider::new(&mut level_m, low_m..=high_m).clamping(egui::SliderClamping::Never);
+            let slider = slider.suffix(" m").max_decimals(1);
+            labelled(ui, "Sea level", "Land at or below this true height is sea (--sea-level)", slider);
+        });
+        if is_on && ranges::SEA_LEVEL_M.holds(level_m) {
+            self.last_sea_m = level_m;
+        }
+        *sea_level_m = is_on.then_some(self.last_sea_m);
     }
 
     /// Adds the switch and the seed of the trees.
@@ -78,13 +77,14 @@ impl LandPanel {
         let mut is_on = tree_seed.is_some();
         let hint = "The forest of the scene, or a mixed forest if it has none (--trees)";
         labelled(ui, "Trees", hint, Checkbox::new(&mut is_on, ""));
-        if !is_on {
-            *tree_seed = None;
-            return;
+        let mut seed = tree_seed.unwrap_or(self.last_tree_seed);
+        ui.add_enabled_ui(is_on, |ui| {
+            seed_row(ui, "Tree seed", "Each seed is another forest by the same rules (--trees)", &mut seed);
+        });
+        if is_on {
+            self.last_tree_seed = seed;
         }
-        let seed = tree_seed.get_or_insert(self.last_tree_seed);
-        seed_row(ui, "Tree seed", "Each seed is another forest by the same rules (--trees)", seed);
-        self.last_tree_seed = *seed;
+        *tree_seed = is_on.then_some(seed);
     }
 }
 
@@ -169,9 +169,15 @@ mod tests {
     #[test]
     fn the_sea_is_switched_and_flooded() {
         let mut harness = harness(bare());
-        assert!(widget(&harness, "Sea level").is_none());
+        let is_disabled =
+            |harness: &Harness<'_, Bench>, name: &str| widget(harness, name).unwrap().accesskit_node().is_disabled();
+        let top = |harness: &Harness<'_, Bench>| widget(harness, "Trees").unwrap().rect().top();
+        let before = top(&harness);
+        assert!(is_disabled(&harness, "Sea level") && is_disabled(&harness, "Tree seed"));
         click(&mut harness, "Sea");
         assert_eq!(harness.state().settings.sea_level_m, Some(600.0), "a tenth of the way up");
+        assert!(!is_disabled(&harness, "Sea level"));
+        assert_eq!(top(&harness), before, "what is below stays under the next click");
         // The ends of the slider are the heights of the land.
         let rect = widget(&harness, "Sea level").unwrap().rect();
         harness.drag_at(rect.right_center() - egui::vec2(2.0, 0.0));
@@ -186,7 +192,7 @@ mod tests {
         // Switched off and on, it is where it was.
         click(&mut harness, "Sea");
         assert_eq!(harness.state().settings.sea_level_m, None);
-        assert!(widget(&harness, "Sea level").is_none());
+        assert!(is_disabled(&harness, "Sea level"));
         click(&mut harness, "Sea");
         assert_eq!(harness.state().settings.sea_level_m, Some(-12.5));
     }
@@ -226,7 +232,8 @@ mod tests {
         type_into(&mut harness, "Tree seed", "17");
         click(&mut harness, "Trees");
         assert_eq!(harness.state().settings.tree_seed, None);
-        assert!(widget(&harness, "Tree seed").is_none());
+        assert!(widget(&harness, "Tree seed, next").unwrap().accesskit_node().is_disabled());
+        click(&mut harness, "Tree seed, next");
         click(&mut harness, "Trees");
         assert_eq!(harness.state().settings.tree_seed, Some(17));
         // The forest of a scene has its seed.

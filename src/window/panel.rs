@@ -171,7 +171,7 @@ pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::W
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let before = widgets(ui, 0).len();
-            let response = ui.add(widget).on_hover_text(hint);
+            let response = ui.add(widget).on_hover_text(hint).on_disabled_hover_text(hint);
             // A slider has a field for its number, too.
             for id in widgets(ui, before) {
                 named(ui, id, &if id == response.id { name.to_owned() } else { format!("{name}, number") });
