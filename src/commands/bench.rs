@@ -139,7 +139,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Bakes the world once, if needed; then each style opens its own.
-    drop(world::open_store(&scene, &Bar::default())?);
+    drop(world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error))?);
     let gpu = Gpu::open(adapter)?;
     world::store_pipelines(&gpu);
     let runs = styles.into_iter().map(|style| StyleRun::new(&gpu, args, &scene, style));

@@ -9,6 +9,8 @@ use super::misuse::Misuse;
 use crate::file::message::named;
 use crate::scene::overrides::{Overrides, SeaLevel, Trees};
 use crate::scene::{Scene, ranges};
+use crate::style::Style;
+use crate::world::OpenWorld;
 
 /// The sea, the trees and the seed of the land.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Args)]
@@ -19,11 +21,11 @@ pub(crate) struct LandArgs {
     pub sea_level: Option<SeaLevel>,
     /// Trees: `on` plants the scene's forest, or a mixed forest if it has none; a number does so with this seed; `off`
     /// leaves the scene's forest out [default: the scene's, or off]
-    #[arg(long, value_name = "on|off|SEED", value_parser = Trees::from_str)]
+    #[arg(long, value_name = "on|off|SEED", value_parser = Trees::from_str, allow_hyphen_values = true)]
     pub trees: Option<Trees>,
     /// Seed of the land, for the built-in world, the continent and scenes of them: each seed is another land, without
     /// the scene's camera and focus [default: the scene's, or 1]
-    #[arg(long, value_parser = arguments::whole_within::<u32>(ranges::SEED))]
+    #[arg(long, value_parser = arguments::whole_within::<u32>(ranges::SEED), allow_hyphen_values = true)]
     pub seed: Option<u32>,
 }
 
@@ -38,6 +40,22 @@ impl LandArgs {
             let world = world.map_or_else(|| "the built-in world".to_owned(), named);
             Misuse(format!("--seed {}: {world}: {error}", seed.unwrap_or_default()))
         })
+    }
+}
+
+impl LandArgs {
+    /// Warns of a sea that changes nothing in the picture, or that leaves no land.
+    pub(crate) fn warn(&self, world: &OpenWorld, style: &Style) {
+        let Some(SeaLevel::At(level_m)) = self.sea_level else { return };
+        if style.water().is_none() {
+            tracing::warn!("--sea-level {level_m}: style {} draws no water: it has no layer \"water\"", style.name);
+        }
+        let surfaces = &world.surfaces;
+        let [low_m, high_m] = surfaces.terrain.range_m().map(|height_m| f64::from(height_m) / surfaces.exaggeration());
+        if level_m < low_m || level_m >= high_m {
+            let what = if level_m < low_m { "all land is above it" } else { "no land is above it" };
+            tracing::warn!("--sea-level {level_m}: {what}: its heights are from {low_m:.1} to {high_m:.1} m");
+        }
     }
 }
 

@@ -13,10 +13,12 @@ pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styl
 const STYLES_COMMANDS: [&str; 4] = ["list", "show", "check", "migrate"];
 
 /// Options that `fly` does not have, and the command that the user probably meant.
-const OF_COMMANDS: [(&str, &str); 13] = [
+const OF_COMMANDS: [(&str, &str); 15] = [
     ("-o", "render"),
     ("--output", "render"),
-    ("--path", "render"),
+    ("--set", "render"),
+    ("--like", "render"),
+    ("--map", "render"),
     ("--fps", "render"),
     ("--aov", "render"),
     ("--show", "render"),
@@ -121,7 +123,12 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
                 Some(ContextValue::Strings(all)) if all.len() > 1 => (all.join(" and "), "are"),
                 _ => (argument, "is"),
             };
-            format!("{missing} {verb} missing; see {} --help", command(known))
+            let has = |option: &str| words.iter().any(|word| word.split('=').next() == Some(option));
+            match missing.split([' ', '[', '<', '=']).next() {
+                Some("--map") if has("--at") => "--at is the centre of a map; add --map".to_owned(),
+                Some("--look-at") if has("--from") => "--from is where --look-at looks from; add --look-at".to_owned(),
+                _ => format!("{missing} {verb} missing; see {} --help", command(known)),
+            }
         }
         ErrorKind::ArgumentConflict => match text(ContextKind::PriorArg) {
             prior if prior.is_empty() || prior == argument => format!("{name} is given twice"),
@@ -178,7 +185,9 @@ fn choices(cause: &str) -> impl Iterator<Item = &str> {
     // What follows is an example, not a choice.
     let listed = listed.unwrap_or_default().split(" like ").next().unwrap_or_default();
     let words = listed.split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
-    words.filter(|word| word.len() > 2 && !["one", "number", "like", "above"].contains(word))
+    const NO_CHOICES: [&str; 8] = ["one", "number", "like", "above", "between", "and", "metres", "degrees"];
+    let is_name = |word: &&str| word.len() > 2 && word.starts_with(|first: char| first.is_ascii_alphabetic());
+    words.filter(is_name).filter(|word| !NO_CHOICES.contains(word))
 }
 
 /// Creates the error that `argument` is before the command.

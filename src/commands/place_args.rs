@@ -98,7 +98,10 @@ fn place_m(option: &str, place: LatLon, world: Option<&str>, store: &dyn TileSto
     let size = store.levels()[0];
     let grid = match GridOnWgs84::new(georeference, [size.width, size.height]) {
         Ok(grid) => grid,
-        Err(_) if georeference.crs == Crs::Local => bail!("{option} {given}: {}", no_crs(world)),
+        Err(_) if georeference.crs == Crs::Local => {
+            let metres = if option == "--at" { "--map=EAST,NORTH,WIDTH" } else { "--camera x,y,z,yaw,pitch,fov" };
+            bail!("{option} {given}: {}; give metres, with {metres}", no_crs(world))
+        }
         Err(cause) => bail!("{option} {given}: {}: {cause}", named(store.name())),
     };
     if let Some(place_m) = grid.world_m(DVec2::new(place.longitude_deg, place.latitude_deg)) {

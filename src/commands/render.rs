@@ -15,9 +15,9 @@ mod show;
 mod title;
 mod vector;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{anyhow, bail};
+use anyhow::bail;
 use clap::Args;
 
 use self::frames::FrameRange;
@@ -34,7 +34,6 @@ use super::{print, print_json};
 use crate::file::frame_rate::FrameRate;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::unnamed;
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
@@ -50,7 +49,7 @@ use crate::style::scale::REFERENCE_DPI;
 use crate::style::set::SetValue;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
-use crate::world::{self, OpenWorld, WorldError, path_fit};
+use crate::world::{self, OpenWorld, path_fit};
 
 /// Arguments of `render`.
 #[derive(Clone, Debug, Args)]
@@ -318,7 +317,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
-    let store = world::open_store(&scene, &Bar::default()).map_err(|error| or_like(args, error));
+    let store = world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error));
     let store = liked.names.world(store)?;
     map::check_place(args, &kind, store.georeference())?;
     let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
@@ -333,6 +332,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         ..TerrainOptions::default()
     };
     let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
+    args.world.land.warn(&world, &style);
     let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, look::aspect(args))).transpose()?;
     let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
     let args = looking.as_ref().unwrap_or(args);
@@ -412,15 +412,6 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn, is_on_earth)).into_iter();
     summaries.chain(job.sheets.as_ref().map(|cut| sheets::summary(args, cut))).try_for_each(|line| print(&line))
-}
-
-/// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.
-fn or_like(args: &RenderArgs, error: WorldError) -> anyhow::Error {
-    let picture = args.world.name().map(Path::new).filter(|name| args.like.is_none() && unnamed::is_drawing(name));
-    match picture {
-        Some(picture) => anyhow!("{0}: is a picture that hachure drew; draw it again with --like {0}", named(picture)),
-        None => error.into(),
-    }
 }
 
 /// Checks that `--path` and an output of many pictures are given together, so that nobody waits for a film of one

@@ -1,5 +1,7 @@
 //! Arguments of all commands that draw: the world, and options that replace parts of its scene.
 
+use std::path::Path;
+
 use clap::Args;
 
 use super::arguments;
@@ -7,9 +9,10 @@ use super::height_args::HeightArgs;
 use super::land_args::LandArgs;
 use super::light_args::LightArgs;
 use super::water_args::WaterArgs;
+use crate::file::unnamed;
 use crate::scene::reach::Reach;
 use crate::scene::{Forest, Scene, ranges};
-use crate::world;
+use crate::world::{self, WorldError};
 
 /// The world that is drawn.
 #[derive(Clone, Debug, Default, Args)]
@@ -76,5 +79,11 @@ impl WorldArgs {
         let mut scene = self.water.over(self.light.over(self.heights.over(scene)));
         scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
         Ok((scene, own_forest))
+    }
+
+    /// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.
+    pub(crate) fn or_drawing(&self, error: WorldError) -> anyhow::Error {
+        let picture = self.name().map(Path::new).filter(|name| unnamed::is_drawing(name));
+        picture.map_or_else(|| error.into(), |picture| anyhow::anyhow!(unnamed::is_no_world(picture)))
     }
 }

@@ -117,9 +117,13 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
         return None;
     }
     let name = name.to_lowercase();
+    // Keys of one table are not alike because they begin with its name.
+    let table = name.rsplit_once('.').map_or(0, |(table, _)| table.len() + 1);
     let likeness = |known: &str| {
-        let is_part = name.len() >= 4 && known.len() >= 4 && (known.contains(&name) || name.contains(known));
-        let alike = strsim::jaro_winkler(&name, known).max(strsim::normalized_damerau_levenshtein(&name, known) + 0.2);
+        let is_of_table = known.len() > table && known.is_char_boundary(table) && known[..table] == name[..table];
+        let (name, known) = if is_of_table { (&name[table..], &known[table..]) } else { (&*name, known) };
+        let is_part = name.len() >= 4 && known.len() >= 4 && (known.contains(name) || name.contains(known));
+        let alike = strsim::jaro_winkler(name, known).max(strsim::normalized_damerau_levenshtein(name, known) + 0.2);
         if is_part { alike.max(SIMILAR) } else { alike }
     };
     let known = known.into_iter().map(|known| (likeness(known), known)).filter(|(alike, _)| *alike >= SIMILAR);

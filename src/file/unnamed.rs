@@ -15,6 +15,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::input::open_regular;
+use super::message::named;
 use super::{FileError, imprint, png};
 
 /// Begins the last line of the imprint of a picture with sidecar files.
@@ -51,6 +52,11 @@ pub(crate) fn head(path: &Path, bytes: usize) -> Vec<u8> {
 /// Returns whether hachure drew the picture at `path`, in any format that has an imprint.
 pub(crate) fn is_drawing(path: &Path) -> bool {
     png::is_drawing(path) || imprint::read(path).is_ok()
+}
+
+/// Returns the message about a picture that hachure drew where a world is expected.
+pub(crate) fn is_no_world(picture: &Path) -> String {
+    format!("{0}: a picture that hachure drew, not land; draw it again with hachure render --like {0}", named(picture))
 }
 
 /// Returns the imprint of a sheet: the poster's with the name of the sheet.

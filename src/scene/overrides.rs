@@ -201,7 +201,7 @@ impl FromStr for Trees {
             text => ranges::SEED
                 .parse_whole(text)
                 .map(Self::Seed)
-                .map_err(|rule| format!("{rule}, which is a seed, or one of on, off")),
+                .map_err(|_: String| "it must be on, off, or a seed (a whole number from 0 to 4294967295)".to_owned()),
         }
     }
 }

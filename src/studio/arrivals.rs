@@ -43,10 +43,7 @@ pub(crate) fn arrival(name: &str) -> Arrival {
             path.file_name().unwrap_or_default().to_string_lossy()
         )),
         _ if is_camera_path(path) => Arrival::Path,
-        _ if unnamed::is_drawing(path) => Arrival::Refused(format!(
-            "{0}: is a picture that hachure drew; hachure render --like {0} -o again.png draws it again",
-            named(path)
-        )),
+        _ if unnamed::is_drawing(path) => Arrival::Refused(unnamed::is_no_world(path)),
         _ => Arrival::World,
     }
 }

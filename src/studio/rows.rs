@@ -186,7 +186,12 @@ pub(crate) fn title(key: &str) -> String {
             Some((name, number)) => (name, number.parse::<usize>().ok()),
             None => (step, None),
         };
-        let words = name.replace('_', " ");
+        let words = match name {
+            "height_lines" => "contour lines".to_owned(),
+            "local_color" => "local colour".to_owned(),
+            "watercolor" => "watercolour".to_owned(),
+            name => name.replace('_', " "),
+        };
         match number {
             // The first layer of a kind has no number.
             Some(number) if place == 0 && is_layer(name) => format!("{words} {}", number + 1),

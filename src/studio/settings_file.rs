@@ -49,7 +49,12 @@ pub(crate) fn change(path: &Path, change: impl FnOnce(&mut DocumentMut)) -> Resu
     let mut settings = match read_text(path, LARGEST_STYLE_BYTES) {
         Ok(text) => text.parse().map_err(|error: toml_edit::TomlError| unchanged(&error.message()))?,
         Err(error) if error.kind() == ErrorKind::NotFound => DocumentMut::new(),
-        Err(error) => return Err(unchanged(&error)),
+        Err(error) => {
+            return Err(format!(
+                "{}: the settings were not saved, because the file cannot be read: {error}",
+                path.display()
+            ));
+        }
     };
     change(&mut settings);
     let written = path.parent().map_or(Ok(()), std::fs::create_dir_all);

@@ -7,7 +7,6 @@ use toml_edit::{Item, Value};
 
 use super::parameters::{self, Setting, ValueKind, parameters_of};
 use super::{Style, StyleError, extends};
-use crate::file::message::quoted;
 
 /// A parameter of a style and the value that it is given, such as `strokes.width_px=2`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,7 +24,7 @@ impl FromStr for SetValue {
         let (key, value) = text
             .split_once('=')
             .filter(|(key, _)| !key.trim().is_empty())
-            .ok_or_else(|| format!("it must be KEY=VALUE, such as strokes.width_px=2, and is {}", quoted(text)))?;
+            .ok_or("it must be KEY=VALUE, such as strokes.width_px=2")?;
         Ok(Self { key: key.trim().to_owned(), text: value.trim().to_owned() })
     }
 }

@@ -127,16 +127,17 @@ fn bar(ui: &mut Ui, passes: &[PassTime], cost: &CostStats<'_>) {
 /// Adds memory, tiles, and what budgets gave up.
 fn numbers(ui: &mut Ui, stats: &PanelStats<'_>, cost: &CostStats<'_>) {
     let [prepare_ms, record_ms] = cost.cpu_ms;
-    row(ui, "CPU: tiles, recording", format!("{prepare_ms:.2}, {record_ms:.2} ms"));
+    row(ui, "CPU: choose tiles", format!("{prepare_ms:.2} ms"));
+    row(ui, "CPU: record commands", format!("{record_ms:.2} ms"));
     row(ui, "GPU memory", format!("{:.0} MiB", stats.gpu_bytes as f64 / MIB));
-    row(ui, "of that, pictures", format!("{:.0} MiB", cost.picture_bytes as f64 / MIB));
+    row(ui, "of that, render targets", format!("{:.0} MiB", cost.picture_bytes as f64 / MIB));
     row(ui, "Tiles on GPU", grouped(stats.tiles_on_gpu));
     row(ui, "Tiles loaded", grouped(stats.tiles_loaded));
     row(ui, "Triangles, patches", format!("{}, {}", grouped(stats.triangles), grouped(stats.patches)));
     ui.separator();
     let lost = given_up(stats);
     if lost.is_empty() {
-        ui.label(RichText::new("Nothing was given up for a budget.").weak());
+        ui.label(RichText::new("No limit was reached.").weak());
     }
     for text in lost {
         ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
@@ -229,8 +230,8 @@ mod tests {
         for words in ["2 tiles are missing", "error of the surface is 1.8 px", "64 MiB", "16 MiB", "12 345, 1"] {
             assert!(harness.query_by_label_contains(words).is_some(), "{words}");
         }
-        // Planted: what nothing was given up for is not named.
+        // Planted: a limit that was not reached is not named.
         assert!(harness.query_by_label_contains("Triangles: the error").is_none());
-        assert!(harness.query_by_label_contains("Nothing was given up").is_none());
+        assert!(harness.query_by_label_contains("No limit was reached").is_none());
     }
 }

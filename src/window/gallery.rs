@@ -83,7 +83,7 @@ impl Gallery {
             ui.set_width(size.x);
             ui.horizontal(|ui| {
                 ui.label(RichText::new("Styles").heading().strong());
-                let hint = "A click chooses a style. 1 to 9 over a thumbnail makes it a favourite.";
+                let hint = "Click a style to use it. Press 1 to 9 over it to make it a favourite.";
                 ui.label(RichText::new(hint).weak());
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     let close = ui.button("Close").on_hover_text("Close the gallery (G, Esc)");

@@ -152,7 +152,7 @@ impl Inspector {
         ui.horizontal(|ui| {
             let [undo, redo] = document.step_names().map(|name| name.map(str::to_owned));
             step_button(ui, "Undo", "Ctrl Z", undo, || edits.push(Edit::Undo));
-            step_button(ui, "Redo", "Ctrl Shift Z", redo, || edits.push(Edit::Redo));
+            step_button(ui, "Redo", "Ctrl Y or Ctrl Shift Z", redo, || edits.push(Edit::Redo));
             ui.separator();
             let can_save = document.is_edited() && document.path().is_some();
             if ui.add_enabled(can_save, egui::Button::new("Save")).on_hover_text("Write the file (Ctrl S)").clicked() {
@@ -193,7 +193,7 @@ impl Inspector {
             let field = ui.add(egui::TextEdit::singleline(name).hint_text("name.toml").desired_width(180.0));
             named(&field, "Name of the new style file");
             let enter = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-            if ui.button("Write").on_hover_text("Write the style into this file").clicked() || enter {
+            if ui.button("Save").on_hover_text("Write the style into this file").clicked() || enter {
                 edits.push(Edit::SaveAs(name.clone(), preset.clone().filter(|_| *extends)));
                 is_done = true;
             }

@@ -1,8 +1,8 @@
 //! The controls of light in the panel: the light rose, the sun by date and time, haze, focus.
 
-use egui::{Color32, Pos2, RichText, Sense, Slider, Ui, Vec2};
+use egui::{Color32, Pos2, RichText, Sense, Ui, Vec2};
 
-use super::panel::{WARNING, labelled};
+use super::panel::{WARNING, labelled, steady_slider};
 use super::settings::Settings;
 use crate::scene::sun_time::{LatLon, Moment};
 use crate::scene::{Sun, SunTime};
@@ -42,9 +42,9 @@ impl LightPanel {
     /// Adds the controls. `yaw_deg` is the direction of the camera, clockwise from north.
     pub(super) fn show(&mut self, ui: &mut Ui, settings: &mut Settings, yaw_deg: f64) -> LightRequests {
         ui.vertical_centered(|ui| rose(ui, &mut settings.sun, yaw_deg));
-        let slider = Slider::new(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
+        let slider = steady_slider(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
         labelled(ui, "Sun azimuth", "Azimuth, clockwise from north (--sun)", slider);
-        let slider = Slider::new(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
+        let slider = steady_slider(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
         labelled(ui, "Sun elevation", "Elevation above the horizon (--sun)", slider);
         self.date(ui, &mut settings.sun);
         haze(ui, settings);
@@ -63,9 +63,9 @@ impl LightPanel {
         });
         if let Some([day, minute]) = day_and_minute(&self.moment) {
             let [mut new_day, mut new_minute] = [day, minute];
-            labelled(ui, "Day of the year", "Day of the year", Slider::new(&mut new_day, 1..=365));
+            labelled(ui, "Day of the year", "Day of the year", steady_slider(&mut new_day, 1..=365));
             let hours = |minute: f64, _| format!("{:02}:{:02}", minute as u32 / 60, minute as u32 % 60);
-            let slider = Slider::new(&mut new_minute, 0..=1439).custom_formatter(hours);
+            let slider = steady_slider(&mut new_minute, 0..=1439).custom_formatter(hours);
             labelled(ui, "Time of day", "Local time", slider);
             if [new_day, new_minute] != [day, minute] {
                 self.moment = with_day_and_minute(&self.moment, new_day, new_minute);
@@ -115,7 +115,7 @@ fn with_day_and_minute(moment: &str, day: u32, minute: u32) -> String {
 /// Adds the slider of haze.
 fn haze(ui: &mut Ui, settings: &mut Settings) {
     let mut haze_km = settings.haze_m / 1000.0;
-    let slider = Slider::new(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
+    let slider = steady_slider(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
     labelled(ui, "Haze", "Distance at which 63 % of the contrast is lost (--haze)", slider);
     if (haze_km * 1000.0 - settings.haze_m).abs() > 1e-6 * settings.haze_m {
         settings.haze_m = haze_km * 1000.0;
@@ -136,9 +136,10 @@ fn focus(ui: &mut Ui, settings: &mut Settings) -> LightRequests {
         }
     });
     if let Some(focus) = &mut settings.focus {
-        let slider = Slider::new(&mut focus.radius_m, 10.0..=100_000.0).logarithmic(true).suffix(" m").max_decimals(0);
+        let slider =
+            steady_slider(&mut focus.radius_m, 10.0..=100_000.0).logarithmic(true).suffix(" m").max_decimals(0);
         labelled(ui, "Focus radius", "Radius of full contrast", slider);
-        let slider = Slider::new(&mut focus.strength, 0.0..=1.0).max_decimals(2);
+        let slider = steady_slider(&mut focus.strength, 0.0..=1.0).max_decimals(2);
         labelled(ui, "Focus strength", "Share of the contrast that is lost far from the focus", slider);
     }
     requests

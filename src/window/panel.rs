@@ -180,6 +180,12 @@ pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::W
     });
 }
 
+/// Returns a slider that leaves its value as it is until somebody moves it. The usual slider of egui rounds its value to
+/// the digits that it shows, and clamps it to its ends, in every frame.
+pub(super) fn steady_slider<N: egui::emath::Numeric>(value: &mut N, ends: std::ops::RangeInclusive<N>) -> Slider<'_> {
+    Slider::new(value, ends).clamping(egui::SliderClamping::Edits)
+}
+
 /// Returns the widgets of this frame that can have the focus, at the level of `ui`, without the first ones.
 fn widgets(ui: &Ui, first: usize) -> Vec<egui::Id> {
     let layer = ui.layer_id();
@@ -230,7 +236,7 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
     labelled(ui, "Smooth edges", hint, egui::Checkbox::new(&mut is_smooth, ""));
     settings.antialias = if is_smooth { Antialias::Temporal } else { Antialias::None };
     eyes(ui, settings);
-    let slider = Slider::new(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
+    let slider = steady_slider(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
     labelled(ui, "Terrain error", "Largest error of the drawn terrain, in pixels (--lod-error)", slider);
 }
 
@@ -257,12 +263,12 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
         "The distance between the eyes is a thirtieth of the distance to the nearest land (--ipd auto)",
         egui::Checkbox::new(&mut settings.follows_land, ""),
     );
-    let apart = Slider::new(&mut settings.pair.ipd_m, 0.001..=1000.0).logarithmic(true).suffix(" m").max_decimals(3);
+    let apart = steady_slider(&mut settings.pair.ipd_m, 0.001..=1000.0).logarithmic(true).suffix(" m").max_decimals(3);
     ui.add_enabled_ui(!settings.follows_land, |ui| {
         labelled(ui, "Eye distance", "Distance between the eyes (--ipd)", apart);
     });
     let mut convergence_m = settings.pair.convergence_m.unwrap_or(FARTHEST_M);
-    let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).max_decimals(1);
+    let plane = steady_slider(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).max_decimals(1);
     let plane = plane.custom_formatter(|distance_m, _| distance_words(distance_m)).custom_parser(distance_of);
     labelled(
         ui,
@@ -290,15 +296,13 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
     row(ui, "Speed", format!("{} m/s", digits(camera.speed_m_s())));
     let [slowest, fastest] = SPEED_FACTORS;
     let slider =
-        Slider::new(&mut camera.speed_factor, slowest..=fastest).logarithmic(true).suffix(" ×").max_decimals(2);
+        steady_slider(&mut camera.speed_factor, slowest..=fastest).logarithmic(true).suffix(" ×").max_decimals(2);
     let hint = "Factor on the speed, which follows from the height above the ground (Ctrl and the mouse wheel)";
     labelled(ui, "Speed factor", hint, slider);
     let [narrowest, widest] = FOV_RANGE_DEG;
-    // A start may be outside of the slider's range, and stays until the slider is moved.
-    let clamping = egui::SliderClamping::Edits;
-    let slider = Slider::new(&mut camera.fov_deg, narrowest..=widest).clamping(clamping).suffix("°").max_decimals(1);
+    let slider = steady_slider(&mut camera.fov_deg, narrowest..=widest).suffix("°").max_decimals(1);
     labelled(ui, "Field of view", "Vertical field of view ([ ])", slider);
-    let slider = Slider::new(&mut camera.clearance_m, MIN_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
+    let slider = steady_slider(&mut camera.clearance_m, MIN_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
     labelled(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
     let text = camera.camera().to_string();
     ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))

@@ -293,7 +293,7 @@ impl PathPanel {
                 }
                 let has_enter = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
                 closes = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Escape));
-                let write = ui.button("Write");
+                let write = ui.button("Save");
                 name(&write, "Write the camera path");
                 if write.clicked() || has_enter {
                     requests.push(Request::SaveAs(text.clone()));

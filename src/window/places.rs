@@ -82,7 +82,9 @@ impl Places {
         let georeference = store.georeference();
         let size = store.levels()[0];
         let earth = match &georeference.crs {
-            Crs::Local => Err("the world has no reference system".to_owned()),
+            Crs::Local => {
+                Err(format!("{} has no reference system; give metres, such as x1200,y-300", named(store.name())))
+            }
             _ => GridOnWgs84::new(georeference, [size.width, size.height]),
         };
         let projected = match &georeference.crs {

@@ -32,7 +32,7 @@ pub(super) enum About {
 #[derive(Debug, Default)]
 pub(super) struct Toasts {
     passing: Vec<(About, String, Instant)>,
-    /// Errors in shaders.
+    /// Messages that stay as long as their cause: errors in files and shaders, and work that goes on.
     lasting: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What a window says at the first start: three sentences and the keys.
+//! The welcome of the first start: three sentences and the keys.
 
 use egui::{Align, Align2, Button, Key, Layout, RichText};
 
@@ -6,7 +6,7 @@ use super::keys;
 
 const SENTENCES: [&str; 3] = [
     "hachure draws land as you fly over it: drag to look around, and press W A S D to fly.",
-    "G shows all styles as pictures of this view; a click on the drawing opens what drew there, with every parameter.",
+    "G shows all styles as pictures of this view; click a line of the drawing to edit the layer that drew it.",
     "F12 saves the picture, with all that it takes to draw it again.",
 ];
 /// Width in points above which the list of keys has two columns.

@@ -123,9 +123,15 @@ fn a_place_is_looked_at_by_latitude_and_longitude() {
     let bounds = "latitudes are 46.4800 to 46.5800 and longitudes 8.0000 to 8.1000";
     assert!(error.starts_with("--look-at 8.07,46.52: outside of ") && error.ends_with(bounds), "{error}");
     let error = error_of_plain(&place, &["render", "plain.asc", "-o", "a.png", "--look-at", "46.52,8.07"]);
-    assert_eq!(error, "--look-at 46.52,8.07: plain.asc has no reference system");
+    assert_eq!(
+        error,
+        "--look-at 46.52,8.07: plain.asc has no reference system; give metres, with --camera x,y,z,yaw,pitch,fov"
+    );
     let error = place.error(&["render", "-o", "a.png", "--look-at", "46.52,8.07"]);
-    assert_eq!(error, "--look-at 46.52,8.07: the built-in world has no reference system");
+    assert_eq!(
+        error,
+        "--look-at 46.52,8.07: the built-in world has no reference system; give metres, with --camera x,y,z,yaw,pitch,fov"
+    );
     for (more, words) in [
         (&["--look-at", "1200,-350"][..], "it must be a latitude from -90 to 90"),
         (&["--look-at", "46.5,8", "--camera", "0,0,+9,0,0,50"], "--camera"),

@@ -31,7 +31,7 @@ impl OpenedWorld {
     pub(super) fn new(args: &FlyArgs, progress: &dyn Progress) -> anyhow::Result<Self> {
         let (scene, own_forest) = args.world.scene_and_forest()?;
         let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
-        let heights = world::open_store(&true_to_scale, progress)?;
+        let heights = world::open_store(&true_to_scale, progress).map_err(|error| args.world.or_drawing(error))?;
         let store = world::exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);
         let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
         Ok(Self { scene, own_forest, heights, store, looked_at_m })

@@ -120,8 +120,13 @@ impl Flight {
         self.inspector.select(key.clone());
         self.inspector_is_old = true;
         if was_closed {
-            let text =
-                format!("{}: the layer under the cursor (I closes the inspector)", crate::studio::rows::title(&key));
+            let title = crate::studio::rows::title(&key);
+            let text = match part {
+                DrawnPart::Layer(_) => format!("{title}: the layer that drew here (I closes the inspector)"),
+                DrawnPart::Tone | DrawnPart::Sky => {
+                    format!("{title}: no layer has drawn here (I closes the inspector)")
+                }
+            };
             self.say(About::Edit, text, TOAST);
         }
         true

@@ -9,6 +9,8 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use super::*;
 use crate::lines::strokes::LeftOut;
 use crate::scene::camera::Camera;
+use crate::scene::stereo::Pair;
+use crate::scene::{SceneFocus, Sun};
 
 #[test]
 fn numbers_are_grouped() {
@@ -159,6 +161,26 @@ fn names(harness: &Harness<'_, Bench>) -> Vec<Option<String>> {
     let nodes = harness.root().children_recursive();
     let nodes = nodes.map(|node| (node.accesskit_node().role(), node.accesskit_node().label()));
     nodes.filter(|(role, _)| roles.contains(role)).map(|(_, label)| label).collect()
+}
+
+#[test]
+fn sliders_leave_values_that_nobody_moves() {
+    let mut harness = open();
+    let bench = harness.state_mut();
+    bench.settings.sun = Sun { azimuth_deg: 134.44, elevation_deg: 25.67 };
+    bench.settings.haze_m = 735.55;
+    bench.settings.lod_error_px = 37.123;
+    bench.settings.pair = Pair { ipd_m: 0.063_456_7, convergence_m: Some(1234.5678), ..bench.settings.pair };
+    let focus = SceneFocus { place_m: glam::DVec2::ONE, height_m: None, radius_m: 5.4321, strength: 0.123_456 };
+    bench.settings.focus = Some(focus);
+    (bench.camera.speed_factor, bench.camera.clearance_m, bench.camera.fov_deg) = (1.234_567, 1234.567, 2.3456);
+    let (settings, camera) = (bench.settings.clone(), bench.camera.clone());
+    harness.run();
+    for slider in ["Sun azimuth", "Haze", "Terrain error", "Eye distance", "Convergence", "Focus radius", "Clearance"] {
+        assert!(names(&harness).contains(&Some(slider.to_owned())), "{slider} is not shown");
+    }
+    assert_eq!(harness.state().settings, settings);
+    assert_eq!(harness.state().camera, camera);
 }
 
 #[test]

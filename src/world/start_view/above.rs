@@ -4,7 +4,7 @@
 //! its summit from any place beside it, and a camera just above it looks past the edge of its small land. From high
 //! above, its height is foreshortened until it looks like a mountain, and a long lens keeps the edge out of the picture.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::framing::{Field, Judged, LIKE_SKY, Seen, Subject, UNLIKE_SKY, cost_of_light};
 use super::ground::Land;
@@ -137,17 +137,22 @@ impl Land<'_> {
         let step_m =
             (step * self.whole.raster.cell_m / way.truncate().length().max(1e-9)).min(0.05 * (last_m - first_m));
         let mut away_m = first_m + 1e-3 * step_m;
+        // A ray that is below the land when it leaves a hole, or when it enters the data from outside, has not met the
+        // land: it looks under it.
+        let mut was_void = first_m > 0.0;
         while away_m < last_m {
             let at_m: DVec3 = eye_m + away_m * way;
-            if at_m.z <= self.whole.raster.height_m(DVec2::new(at_m.x, at_m.y)) {
-                return Some(away_m);
+            let height_m = self.whole.raster.height_m(at_m.truncate());
+            if at_m.z <= height_m {
+                return (!was_void).then_some(away_m);
             }
+            was_void = height_m.is_nan();
             away_m += step_m;
         }
         // The lowest land is the bottom of the box.
         let at_m = eye_m + last_m * way;
         let is_below = at_m.z <= self.whole.raster.height_m(at_m.truncate() - 1e-6 * way.truncate());
-        (first_m < last_m && is_below).then_some(last_m)
+        (first_m < last_m && is_below && !was_void).then_some(last_m)
     }
 }
 
@@ -155,4 +160,63 @@ impl Land<'_> {
 fn pitch_deg(up_deg: f64, fov_deg: f64, place: f64) -> f64 {
     let half = (0.5 * fov_deg).to_radians().tan();
     (-up_deg - ((1.0 - 2.0 * place) * half).atan().to_degrees()).max(-89.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::super::raster::Raster;
+    use super::*;
+    use crate::scene::Light;
+
+    fn hills_m(x: f64, y: f64) -> f64 {
+        100.0 + 30.0 * (x / 170.0).sin() * (y / 230.0).cos()
+    }
+
+    /// Returns the part of a picture of 32 × 20 rays that meets no land, by small steps over the land's own function.
+    fn empty(camera: &Camera, aspect: f64, land_m: impl Fn(DVec2) -> f64) -> f64 {
+        let (sin_yaw, cos_yaw) = camera.yaw_deg.to_radians().sin_cos();
+        let (sin_pitch, cos_pitch) = camera.pitch_deg.to_radians().sin_cos();
+        let forward = DVec3::new(sin_yaw * cos_pitch, cos_yaw * cos_pitch, sin_pitch);
+        let right = DVec3::new(cos_yaw, -sin_yaw, 0.0);
+        let up = DVec3::new(-sin_yaw * sin_pitch, -cos_yaw * sin_pitch, cos_pitch);
+        let half = (0.5 * camera.fov_deg).to_radians().tan();
+        let meets = |ray: u32| {
+            let across = (f64::from(ray % 32) + 0.5) / 16.0 - 1.0;
+            let upward = 1.0 - (f64::from(ray / 32) + 0.5) / 10.0;
+            let way = forward + half * (aspect * across * right + upward * up);
+            // The first place at which the ray is not above all land; holes and the outside are as low as their rims.
+            let low = (0..4000).map(|step| camera.position_m + f64::from(step) * way).find(|at| {
+                let flat_m = at.truncate();
+                at.z <= hills_m(flat_m.x, flat_m.y)
+            });
+            low.is_some_and(|at| !land_m(at.truncate()).is_nan())
+        };
+        f64::from((0..640).filter(|ray| !meets(*ray)).count() as u32) / 640.0
+    }
+
+    /// A ray that goes through a hole is below the land behind it, and does not see that.
+    #[test]
+    fn holes_and_the_space_beside_the_data_are_no_land() {
+        let land_m = |at: DVec2| match at.abs().max_element() {
+            away if !(600.0..=1005.0).contains(&away) => f64::NAN,
+            _ => hills_m(at.x, at.y),
+        };
+        let raster = Raster::of(201, 10.0, |x, y| land_m(DVec2::new(x, y)));
+        let land = Land::new(&raster, None, 10.0, Light::default(), DVec2::ZERO, 2000.0);
+        for (name, x, y, z, yaw_deg, pitch_deg) in [
+            ("into the hole", 0.0, -900.0, 900.0, 0.0, -45.0),
+            ("from outside", 2000.0, 2000.0, 900.0, 225.0, -20.0),
+            ("along the rim", -800.0, -900.0, 400.0, 20.0, -25.0),
+        ] {
+            let position_m = DVec3::new(x, y, z);
+            let camera = Camera { position_m, height_above_ground: false, yaw_deg, pitch_deg, fov_deg: 45.0 };
+            let judged = land.judged(&camera, 0.0, 1.6, LAST_RAYS);
+            let expected = empty(&camera, 1.6, land_m);
+            assert!(expected > 0.15, "{name}: {expected}");
+            assert!((judged.seen.empty - expected).abs() < 0.06, "{name}: {:?}, and is {expected}", judged.seen);
+            assert!(judged.seen.detail.is_finite() && judged.cost.is_finite());
+        }
+    }
 }

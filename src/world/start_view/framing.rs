@@ -18,8 +18,9 @@ const COLUMNS: usize = 25;
 const ROWS: usize = 16;
 /// Number of directions from which the place is looked at.
 const DIRECTIONS: u32 = 36;
-/// Distances, as factors of the most suitable one.
-const DISTANCES: [f64; 7] = [1.0, 0.7, 1.4, 0.5, 2.0, 0.33, 2.8];
+/// Distances, as factors of the most suitable one. The largest are for a summit among holes: what is left of its mountain
+/// is small, and only from far away do the holes take little of the picture.
+const DISTANCES: [f64; 9] = [1.0, 0.7, 1.4, 0.5, 2.0, 0.33, 2.8, 4.0, 5.6];
 /// How high the camera is above the place, as angles in degrees.
 const HEIGHTS_DEG: [f64; 12] = [-8.0, -5.0, -2.0, 1.0, 4.0, 8.0, 12.0, 17.0, 23.0, 31.0, 42.0, 56.0];
 /// Where the place is in the picture: parts of its height, from the top.

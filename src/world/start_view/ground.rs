@@ -117,10 +117,11 @@ impl<'a> Land<'a> {
         self.at(place_m).raster.cell_m
     }
 
-    /// Returns the tone of the land at a place; 0 outside of the rasters.
+    /// Returns the tone of the land at a place; 0 outside of the rasters, and in a hole of the finer one.
     pub(super) fn tone(&self, place_m: DVec2) -> f64 {
         let shaded = self.at(place_m);
-        shaded.raster.index(place_m).map_or(0.0, |at| f64::from(shaded.tones[at]))
+        let tone = shaded.raster.index(place_m).map_or(0.0, |at| f64::from(shaded.tones[at]));
+        if tone.is_nan() { 0.0 } else { tone }
     }
 
     /// Returns the highest land at a place and around it; NaN without data.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 
+use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 
 /// Files that an imprint names and the command line does not. Whoever made the picture may not be allowed to read them,
@@ -41,8 +42,15 @@ impl Names {
     fn hidden<T, E: Into<anyhow::Error>>(&self, result: Result<T, E>, files: &str, how: &str) -> anyhow::Result<T> {
         match files {
             "" => result.map_err(Into::into),
-            _ => result.map_err(|_| {
-                anyhow!("{}: {files} cannot be used; name it {how} on the command line to read why", named(&self.like))
+            _ => result.map_err(|error| match error.into() {
+                // It is about an option that was typed, such as --seed, and quotes no file.
+                error if error.is::<Misuse>() => error,
+                _ => {
+                    anyhow!(
+                        "{}: {files} cannot be used; name it {how} on the command line to read why",
+                        named(&self.like)
+                    )
+                }
             }),
         }
     }
