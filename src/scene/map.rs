@@ -18,6 +18,8 @@ use super::{Haze, Scene, ranges};
 pub(crate) const SHIFT_PX: f64 = 0.25;
 /// Allowance for objects on the land: how far they may rise above it or reach below it, in metres.
 const STANDING_M: f64 = 50.0;
+/// The least reach above and below a height that is assumed, as a part of the map's longer side.
+const LEAST_REACH: f64 = 0.01;
 /// Free margin at each end of the picture's side around a whole world, so that its outline fits.
 const FREE_PART: f64 = 0.01;
 /// Haze distance that has no visible effect, in metres.
@@ -117,11 +119,23 @@ impl Map {
 
     /// Returns the pose of the eye that draws the map, over land between the two heights.
     pub fn pose(&self, [low_m, high_m]: [f64; 2]) -> Pose {
-        let reach_m = 0.5 * (high_m - low_m).max(0.0) + STANDING_M;
+        self.pose_above(0.5 * (low_m + high_m), 0.5 * (high_m - low_m).max(0.0) + STANDING_M)
+    }
+
+    /// Returns the pose of the eye that draws the map, over all that there is between the two heights, without the
+    /// allowance for objects on the land.
+    pub(crate) fn pose_within(&self, [low_m, high_m]: [f64; 2]) -> Pose {
+        // The eye is several widths of the map above level ground.
+        let least_m = LEAST_REACH * self.pixel_m * self.size().max_element();
+        self.pose_above(0.5 * (low_m + high_m), (0.5 * (high_m - low_m)).max(least_m))
+    }
+
+    /// Returns the pose of the eye over all that is at most `reach_m` above or below a height.
+    fn pose_above(&self, middle_m: f64, reach_m: f64) -> Pose {
         let above_m = reach_m * 0.5 * self.size().length() / SHIFT_PX;
         let half_m = 0.5 * self.pixel_m * f64::from(self.size_px[1]);
         Pose {
-            position_m: self.centre_m.extend(0.5 * (low_m + high_m) + above_m),
+            position_m: self.centre_m.extend(middle_m + above_m),
             forward: DVec3::NEG_Z,
             right: DVec3::X,
             up: DVec3::Y,

@@ -37,6 +37,9 @@ pub enum MeshPositions {
     Listed(PathBuf),
     /// Copies scattered by a rule.
     Scattered(Scatter),
+    /// One copy with the middle of its box in the middle of the world and its lowest vertex on the ground, at the scale
+    /// that suits its size: a model that is opened by itself.
+    Middle,
 }
 
 /// The position of a model's origin.

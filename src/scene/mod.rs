@@ -8,6 +8,7 @@ pub(crate) mod focus;
 pub mod forest;
 pub(crate) mod forest_cover;
 pub(crate) mod frustum;
+pub(crate) mod lone_model;
 pub mod look;
 pub mod map;
 pub(crate) mod mesh_list;
@@ -32,6 +33,7 @@ pub use focus::{Focus, FocusAbout, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
+pub use lone_model::LoneModel;
 pub use meshes::{Density, MeshPlace, MeshPlacement, MeshPositions, Scatter};
 pub use scene_file::SceneError;
 pub use sun_time::{LatLon, Moment, SunTime, SunTimeError};
@@ -99,6 +101,8 @@ pub enum World {
         /// Distance between samples in metres; values other than 10 stretch the land horizontally.
         spacing_m: f64,
     },
+    /// A model that is opened by itself, on flat ground.
+    Model(LoneModel),
     /// Heights in memory, which a caller of the library has given; a scene cannot open them.
     Memory,
 }
@@ -186,7 +190,7 @@ impl Scene {
     pub(crate) fn mesh_lists(&self) -> impl Iterator<Item = &PathBuf> {
         self.meshes.iter().filter_map(|mesh| match &mesh.positions {
             MeshPositions::Listed(list) => Some(list),
-            MeshPositions::At(_) | MeshPositions::Scattered(_) => None,
+            MeshPositions::At(_) | MeshPositions::Scattered(_) | MeshPositions::Middle => None,
         })
     }
 

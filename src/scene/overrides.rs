@@ -51,11 +51,11 @@ pub(crate) enum SeedError {
 }
 
 impl World {
-    /// Returns the seed from which the land is grown; `None` if it comes from files or from memory.
+    /// Returns the seed from which the land is grown; `None` if it comes from files or from memory, or is flat.
     pub(crate) fn seed(&self) -> Option<u32> {
         match self {
             Self::Procedural { seed } | Self::Continent { seed, .. } => Some(*seed),
-            Self::File(_) | Self::Files(_) | Self::Url(_) | Self::Memory => None,
+            Self::File(_) | Self::Files(_) | Self::Url(_) | Self::Model(_) | Self::Memory => None,
         }
     }
 }

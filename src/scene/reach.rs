@@ -59,7 +59,7 @@ impl Scene {
             World::File(path) => check_dem(path)?,
             World::Files(paths) => paths.iter().try_for_each(|path| check_dem(path))?,
             World::Url(url) => return Err(outside("world.dem", remote::name_of(url), "is a URL")),
-            World::Procedural { .. } | World::Continent { .. } | World::Memory => {}
+            World::Procedural { .. } | World::Continent { .. } | World::Model(_) | World::Memory => {}
         }
         for (key, path) in self.forest.iter().flat_map(|forest| forest.cover.files()) {
             check(key, path)?;

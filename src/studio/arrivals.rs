@@ -14,7 +14,7 @@ const HEAD_BYTES: usize = 1 << 14;
 /// The use of a file that is dropped or chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Arrival {
-    /// A scene, a DEM, a folder, a baked pyramid, or an address: its world is shown.
+    /// A scene, a DEM, a folder, a baked pyramid, a model, or an address: its world is shown.
     World,
     /// A style file: the present world is drawn with it.
     Style,
@@ -37,11 +37,6 @@ pub(crate) fn arrival(name: &str) -> Arrival {
     match &*ending {
         "toml" if is_scene(path) => Arrival::World,
         "toml" => Arrival::Style,
-        "obj" => Arrival::Refused(format!(
-            "{}: a model has no place of its own; a scene file gives it one, with [[meshes]] and file = \"{}\"",
-            named(path),
-            path.file_name().unwrap_or_default().to_string_lossy()
-        )),
         _ if is_camera_path(path) => Arrival::Path,
         _ if unnamed::is_drawing(path) => Arrival::Refused(unnamed::is_no_world(path)),
         _ => Arrival::World,
@@ -103,8 +98,7 @@ mod tests {
         assert_eq!(arrival("continent"), Arrival::World);
         assert_eq!(arrival("tour"), Arrival::Path);
         assert_eq!(arrival("no such file"), Arrival::World, "its error names it");
-        let Arrival::Refused(cause) = arrival(&at("h.OBJ", "v 0 0 0\n")) else { panic!() };
-        assert!(cause.contains("h.OBJ: a model has no place") && !cause.contains('\n'), "{cause}");
+        assert_eq!(arrival(&at("h.OBJ", "v 0 0 0\n")), Arrival::World, "a model, whatever is in it");
     }
 
     #[test]

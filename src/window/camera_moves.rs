@@ -12,7 +12,7 @@ const ZOOM_STEP: f64 = 0.85;
 const ZOOM_LAG_S: f64 = 0.06;
 /// The rest of a zoom, as a logarithm of the distance, that is covered at once.
 const MIN_ZOOM: f64 = 1e-3;
-/// A zoom ends at this distance from its place.
+/// A zoom over land ends at this distance from its place.
 const NEAREST_M: f64 = 1.0;
 /// Duration of gliding to another view.
 const GLIDE_S: f64 = 0.6;
@@ -167,7 +167,8 @@ impl FlyCamera {
             zoom.left -= step;
             let way_m = self.position_m - zoom.place_m;
             let distance_m = way_m.length();
-            let wanted_m = (distance_m * step.exp()).max(NEAREST_M.min(distance_m));
+            let nearest_m = NEAREST_M * self.scale;
+            let wanted_m = (distance_m * step.exp()).max(nearest_m.min(distance_m));
             if distance_m > 0.0 {
                 self.position_m = zoom.place_m + way_m * (wanted_m / distance_m);
             }

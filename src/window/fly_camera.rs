@@ -25,13 +25,19 @@ pub(super) const STEEPEST_DEG: f64 = 89.0;
 const FAST: f64 = 5.0;
 /// Speed factor of one notch of the wheel.
 const SPEED_STEP: f64 = 1.2;
-/// The lowest speed above the ground, in m/s, before the user's factor.
+/// Extent of a world from which on lengths of the flight are those of land, in metres. In a smaller world (a model on
+/// its ground) they are smaller in proportion, down to a factor of [`LEAST_SCALE`].
+const LAND_EXTENT_M: f64 = 600.0;
+const LEAST_SCALE: f64 = 0.05;
+/// The lowest speed above the ground, in m/s, before the user's factor, over land.
 const SLOWEST_M_S: f64 = 2.0;
 /// Time constant with which the speed follows the height above the ground.
 const SPEED_LAG_S: f64 = 0.4;
 
-/// Smallest allowed height of the camera above the ground.
-pub(crate) const MIN_CLEARANCE_M: f64 = 0.5;
+/// Usual height that the camera keeps above land.
+const CLEARANCE_M: f64 = 2.0;
+/// Smallest allowed height of the camera above land.
+const MIN_CLEARANCE_M: f64 = 0.5;
 /// The smallest and the largest factor on the speed.
 pub(crate) const SPEED_FACTORS: [f64; 2] = [0.02, 50.0];
 /// Range of the field of view for keys and panel, in degrees; the start may be outside of it.
@@ -94,6 +100,8 @@ pub(crate) struct FlyCamera {
     pub(super) look_left_deg: DVec2,
     /// Height above the ground by which the speed is chosen; it follows the true one smoothly.
     height_m: f64,
+    /// Factor on the lengths of a flight over land: 1, or less in a world that is smaller than land.
+    pub(super) scale: f64,
     /// The highest speed, before the user's factor.
     fastest_m_s: f64,
     /// The rest of a zoom toward a place.
@@ -112,17 +120,19 @@ impl FlyCamera {
         let position_m = start.position_m;
         let height_m = (position_m.z - ground_m(position_m.truncate())).abs();
         let across_m = extent_m[0].hypot(extent_m[1]);
+        let scale = (across_m / LAND_EXTENT_M).min(1.0).max(LEAST_SCALE);
         let mut camera = Self {
             position_m,
             yaw_deg: start.yaw_deg.rem_euclid(360.0),
             pitch_deg: start.pitch_deg.clamp(-STEEPEST_DEG, STEEPEST_DEG),
             fov_deg: start.fov_deg,
             speed_factor: 1.0,
-            clearance_m: 2.0,
+            clearance_m: CLEARANCE_M * scale,
             velocity_m_s: DVec3::ZERO,
             look_left_deg: DVec2::ZERO,
             height_m,
-            fastest_m_s: (across_m / 20.0).max(SLOWEST_M_S),
+            scale,
+            fastest_m_s: (across_m / 20.0).max(SLOWEST_M_S * scale),
             zoom: None,
             glide: None,
             placed: None,
@@ -159,7 +169,12 @@ impl FlyCamera {
 
     /// Returns the speed at full input, without Shift, in m/s.
     pub(crate) fn speed_m_s(&self) -> f64 {
-        (0.5 * self.height_m).clamp(SLOWEST_M_S, self.fastest_m_s) * self.speed_factor
+        (0.5 * self.height_m).clamp(SLOWEST_M_S * self.scale, self.fastest_m_s) * self.speed_factor
+    }
+
+    /// Returns the smallest allowed height above the ground, in metres.
+    pub(crate) fn least_clearance_m(&self) -> f64 {
+        MIN_CLEARANCE_M * self.scale
     }
 
     /// Changes the speed by notches of the wheel; positive is faster.
@@ -258,7 +273,7 @@ impl FlyCamera {
         if self.placed == Some(self.stand()) {
             return;
         }
-        let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(MIN_CLEARANCE_M);
+        let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(self.least_clearance_m());
         if self.position_m.z < lowest_m {
             self.position_m.z = lowest_m;
             self.velocity_m_s.z = self.velocity_m_s.z.max(0.0);
@@ -297,7 +312,11 @@ mod tests {
         near(camera().speed_m_s(), 500.0, 1e-9);
         let start = Camera { position_m: DVec3::new(0.0, 0.0, 90_000.0), ..camera().camera() };
         near(FlyCamera::new(&start, FLAT, [30_000.0, 40_000.0]).speed_m_s(), 2500.0, 1e-9);
-        near(FlyCamera::new(&start, FLAT, [1.0, 1.0]).speed_m_s(), 2.0, 1e-9);
+        near(FlyCamera::new(&start, FLAT, [360.0, 480.0]).speed_m_s(), 30.0, 1e-9);
+        near(FlyCamera::new(&start, |_| 90_000.0, [360.0, 480.0]).speed_m_s(), 2.0, 1e-9);
+        // The ground of a small model.
+        near(FlyCamera::new(&start, |_| 90_000.0, [90.0, 120.0]).speed_m_s(), 0.5, 1e-9);
+        near(FlyCamera::new(&start, FLAT, [1.0, 1.0]).speed_m_s(), 0.1, 1e-9);
         // The speed follows the height above the ground, not the height above sea level.
         let mut low = camera();
         low.advance(&FlyInput::default(), 0.1, |_| 1000.0);

@@ -52,7 +52,7 @@ mod works;
 
 use std::sync::Arc;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use winit::event_loop::EventLoop;
 
 use self::land_panel::LandPanel;
@@ -128,8 +128,10 @@ pub(crate) struct FlightWorld {
     pub lasting: Lasting,
     /// The scene of the world.
     pub scene: Scene,
-    /// West and south, east and north of the heights, in metres.
+    /// West and south, east and north of the heights, or of the model that is the world, in metres.
     pub data_corners_m: [DVec2; 2],
+    /// The lowest and the highest surface of a model that is the world, in metres.
+    pub model_heights_m: Option<[f64; 2]>,
 }
 
 /// The parts of a world that stay while its exaggeration and its trees change.
@@ -144,12 +146,17 @@ impl FlightWorld {
     /// Creates the world of a flight. `name` is the world's name as it was given, and `more` has its options; `start` is
     /// the first camera, and `lasting` is what stays while exaggeration and trees change.
     pub(crate) fn new(world: OpenWorld, start: Camera, name: Option<String>, more: More, lasting: Lasting) -> Self {
-        let data_corners_m = world
-            .data_extent_m()
-            .map(|[west, south, east, north]| [DVec2::new(west, south), DVec2::new(east, north)])
-            .unwrap_or_else(|| world.surfaces.terrain.corners_m());
+        let model_m = crate::world::lone_model::box_m(&world.scene, &world.surfaces);
+        let of_data = || world.data_extent_m().map(|[west, south, east, north]| [[west, south], [east, north]]);
+        let data_corners_m = match model_m {
+            Some(corners_m) => corners_m.map(DVec3::truncate),
+            None => {
+                of_data().map_or_else(|| world.surfaces.terrain.corners_m(), |corners| corners.map(DVec2::from_array))
+            }
+        };
         Self {
             data_corners_m,
+            model_heights_m: model_m.map(|corners_m| corners_m.map(|corner_m| corner_m.z)),
             name: crate::world::title_with_seed(name.as_deref(), more.seed),
             world: name,
             more,

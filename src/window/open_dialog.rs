@@ -80,7 +80,7 @@ impl OpenDialog {
 
     fn content(&mut self, ui: &mut Ui, tallest: f32) -> Option<Request> {
         let mut request = None;
-        ui.add(egui::Label::new("A scene, a DEM, a folder of DEMs, an address, a style or a camera path. Files may also be dropped on the window.").wrap());
+        ui.add(egui::Label::new("A scene, a DEM, a folder of DEMs, a model (OBJ), an address, a style or a camera path. Files may also be dropped on the window.").wrap());
         ui.horizontal(|ui| {
             let width = (ui.available_width() - 52.0).max(60.0);
             let hint = "/path/to/mountain.tif";

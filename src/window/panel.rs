@@ -6,7 +6,7 @@ mod tests;
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
 use super::dock::Pane;
-use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_FACTORS};
+use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, SPEED_FACTORS};
 use super::keys;
 use super::land_panel::LandPanel;
 use super::light::{LightPanel, LightRequests};
@@ -302,7 +302,8 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
     let [narrowest, widest] = FOV_RANGE_DEG;
     let slider = steady_slider(&mut camera.fov_deg, narrowest..=widest).suffix("°").max_decimals(1);
     labelled(ui, "Field of view", "Vertical field of view ([ ])", slider);
-    let slider = steady_slider(&mut camera.clearance_m, MIN_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
+    let least_m = camera.least_clearance_m();
+    let slider = steady_slider(&mut camera.clearance_m, least_m..=1000.0).logarithmic(true).suffix(" m");
     labelled(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
     let text = camera.camera().to_string();
     ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))

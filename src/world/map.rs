@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 
-use super::OpenWorld;
+use super::{OpenWorld, lone_model};
 use crate::pyramid::surface::statistics::PAGE_PATCHES;
 use crate::pyramid::tile::{PATCH_QUADS, TILE_SAMPLES, TileAddress};
 use crate::scene::map::{Map, MapArea};
@@ -24,9 +24,18 @@ impl OpenWorld {
     pub(crate) fn map_above(&self, area: MapArea, [width, height]: [u32; 2], foot_px: u32) -> (Map, Pose) {
         let terrain = &self.surfaces.terrain;
         let foot_px = foot_px.min(height.saturating_sub(1));
-        let map = Map::new(area, terrain.corners_m(), [width, height - foot_px]).with_foot(foot_px);
-        let range_m = local_range_m(terrain, map.corners_m()).unwrap_or_else(|| terrain.range_m());
-        (map, map.pose(range_m.map(f64::from)))
+        let model_m = lone_model::box_m(&self.scene, &self.surfaces);
+        let corners_m = model_m.map_or_else(|| terrain.corners_m(), lone_model::map_corners_m);
+        let map = Map::new(area, corners_m, [width, height - foot_px]).with_foot(foot_px);
+        let range_m = local_range_m(terrain, map.corners_m()).unwrap_or_else(|| terrain.range_m()).map(f64::from);
+        let pose = match model_m {
+            // Nothing else rises above its ground, except trees that someone plants.
+            Some([low_m, high_m]) if self.surfaces.forest().is_none() => {
+                map.pose_within([range_m[0].min(low_m.z), range_m[1].max(high_m.z)])
+            }
+            _ => map.pose(range_m),
+        };
+        (map, pose)
     }
 }
 

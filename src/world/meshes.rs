@@ -8,6 +8,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
+use super::lone_model;
 use super::open::{OpenWorld, WorldError};
 use super::scattered::scattered;
 use crate::file::guard::{Identity, identity};
@@ -16,7 +17,7 @@ use crate::forest::points::Points;
 use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
 use crate::mesh::placed::{MAX_INSTANCES, Placed, Stance};
 use crate::mesh::{Mesh, MeshError};
-use crate::scene::{Density, MeshPlace, MeshPlacement, MeshPositions, mesh_list};
+use crate::scene::{Density, MeshPlace, MeshPlacement, MeshPositions, World, mesh_list};
 use crate::source::Progress;
 
 /// Places the meshes of a world's scene on its land.
@@ -33,13 +34,16 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
         let mesh = match own.as_ref().and_then(|own| known.get(own)) {
             Some(mesh) => Arc::clone(mesh),
             None => {
-                let mesh = Arc::new(world.scene.read_mesh_with(&placement.file, progress)?);
+                let mesh = match &world.scene.world {
+                    World::Model(model) => model.mesh(progress)?,
+                    _ => Arc::new(world.scene.read_mesh_with(&placement.file, progress)?),
+                };
                 known.extend(own.map(|own| (own, Arc::clone(&mesh))));
                 placed.add_levels(&mesh, levels_of(&mesh, progress))?;
                 mesh
             }
         };
-        let stances = stances(world, placement, &mut points)?;
+        let stances = stances(world, placement, &mesh, &mut points)?;
         let found = (placed.standing.len() + stances.len()) as u64;
         if found > MAX_INSTANCES {
             return Err(MeshError::TooMany { what: "places", found, most: MAX_INSTANCES }.into());
@@ -64,10 +68,11 @@ fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
     levels
 }
 
-/// Returns the placements of a model.
+/// Returns the placements of a model, whose mesh is `mesh`.
 fn stances(
     world: &OpenWorld,
     placement: &MeshPlacement,
+    mesh: &Mesh,
     points: &mut Option<Points>,
 ) -> Result<Vec<Stance>, WorldError> {
     let &MeshPlacement { yaw_deg, scale, z_up, .. } = placement;
@@ -80,6 +85,10 @@ fn stances(
     };
     match &placement.positions {
         MeshPositions::At(place) => Ok(vec![Stance { origin_m: on_ground(place), yaw_deg, scale, z_up }]),
+        MeshPositions::Middle => {
+            let (fitting, origin_m) = lone_model::stance(mesh, world.ground_m(0.0, 0.0));
+            Ok(vec![Stance { origin_m, yaw_deg, scale: scale * fitting, z_up }])
+        }
         MeshPositions::Listed(list) => {
             let stance = |row: mesh_list::MeshRow| Stance {
                 origin_m: on_ground(&row.place),

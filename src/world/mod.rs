@@ -3,6 +3,7 @@
 //! A frame draws [`Surfaces`]. [`open`] creates them from a scene file, a DEM, a pyramid, or an address.
 
 pub(crate) mod given_water;
+pub(crate) mod lone_model;
 mod map;
 mod meshes;
 pub(crate) mod path_fit;

@@ -1,4 +1,4 @@
-//! An open world, ready to be drawn: a scene file, a DEM, a baked pyramid, or by default the built-in world.
+//! An open world, ready to be drawn: a scene file, a DEM, a baked pyramid, a model, or by default the built-in world.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -29,7 +29,7 @@ use crate::source::{self, EarthPlace, HeightGrid, OpenOptions, Progress, Silent}
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
 use crate::world::given_water::{GivenWater, GivenWaterError};
-use crate::world::{Surfaces, meshes, tree_models};
+use crate::world::{Surfaces, lone_model, meshes, tree_models};
 
 /// A COG with at most this many samples is baked all the same: it takes two seconds, and then its errors are measured.
 const BAKED_SAMPLES: usize = 1 << 24;
@@ -119,7 +119,7 @@ pub struct OpenWorld {
     pub surfaces: Surfaces,
 }
 
-/// Finds the scene of a world, named by the path of a scene file, a DEM or a pyramid, by a URL, by the name of an
+/// Finds the scene of a world, named by the path of a scene file, a DEM, a pyramid or a model, by a URL, by the name of an
 /// embedded scene, or not at all.
 ///
 /// # Errors
@@ -138,11 +138,16 @@ pub fn scene_of(world: Option<&str>, reach: Reach) -> Result<Scene, WorldError> 
         scene.check_reach(path, reach)?;
         return Ok(scene);
     }
-    Ok(Scene::of_world(World::File(path.to_owned())))
+    Ok(if is_model(path) { Scene::of_model(path) } else { Scene::of_world(World::File(path.to_owned())) })
 }
 
 fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+}
+
+/// Returns whether a name is that of a model, which is a world by itself.
+fn is_model(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj")) && !path.is_dir()
 }
 
 /// Returns all local files that a world is read from: the scene file, DEMs and rasters with their sidecar files, meshes
@@ -155,7 +160,7 @@ pub(crate) fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     match &scene.world {
         World::File(path) => source::add_inputs(path, &mut inputs),
         World::Files(paths) => paths.iter().for_each(|path| source::add_inputs(path, &mut inputs)),
-        World::Url(_) | World::Procedural { .. } | World::Continent { .. } | World::Memory => {}
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } | World::Model(_) | World::Memory => {}
     }
     let rasters = scene.forest.iter().flat_map(|forest| forest.cover.files());
     rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
@@ -203,6 +208,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
         World::Continent { seed, size_samples, spacing_m } => {
             Arc::new(ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?)
         }
+        World::Model(model) => lone_model::ground(model, progress)?,
         World::Memory => return Err(WorldError::Given),
     };
     Ok(Exaggerated::over(store, scene.vertical_exaggeration))
@@ -329,6 +335,7 @@ impl OpenWorld {
         progress: &dyn Progress,
     ) -> Result<Self, WorldError> {
         let name = store.name();
+        lone_model::set_haze(&mut scene, progress)?;
         if let Some(time) = scene.sun_time {
             let size = store.levels()[0];
             let earth = EarthPlace::of_grid(store.georeference(), size.width, size.height);

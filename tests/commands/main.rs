@@ -11,6 +11,7 @@ mod features;
 mod films;
 mod in_view;
 mod land;
+mod lone_models;
 mod models;
 mod places;
 mod quiet;

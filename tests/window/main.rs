@@ -8,6 +8,7 @@ mod display;
 mod drop;
 mod land;
 mod latency;
+mod model;
 mod person;
 mod studio;
 mod walk;

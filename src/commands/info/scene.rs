@@ -159,6 +159,7 @@ impl SceneInfo {
             World::Continent { seed, size_samples, spacing_m } => {
                 (Some(format!("continent {seed}, {size_samples} × {size_samples} samples, {spacing_m} m apart")), None)
             }
+            World::Model(model) => (Some(format!("flat ground for {}", model.file().display())), None),
             World::Memory => (Some("heights in memory".to_owned()), None),
         };
         Ok(Self {
@@ -187,7 +188,7 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let heights = match &scene.world {
         World::File(path) => std::slice::from_ref(path),
         World::Files(paths) => paths.as_slice(),
-        World::Url(_) | World::Procedural { .. } | World::Continent { .. } | World::Memory => &[],
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } | World::Model(_) | World::Memory => &[],
     };
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
     let water = scene.water.files().map(|(_, path)| path);
@@ -222,6 +223,7 @@ impl MeshInfo {
                 at = Some(format!("{x},{y},{plus}{z}"));
                 Some(1)
             }
+            MeshPositions::Middle => Some(1),
             MeshPositions::Listed(list) => {
                 instances = Some(list.clone());
                 Some(mesh_list::read(list)?.len() as u64)

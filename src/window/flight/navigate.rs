@@ -291,7 +291,8 @@ impl Flight {
 
     /// Shows all of the land, from the present direction, but at least a little from above.
     pub(super) fn frame_all(&mut self) {
-        let heights_m = self.world.surfaces.terrain.range_m().map(f64::from);
+        let of_land = || self.world.surfaces.terrain.range_m().map(f64::from);
+        let heights_m = self.world.model_heights_m.unwrap_or_else(of_land);
         let corners_m = box_m(self.world.data_corners_m, heights_m);
         let [width, height] = self.eye_px().map(f64::from);
         let up = (0.5 * self.camera.fov_deg.to_radians()).tan();

@@ -6,6 +6,7 @@
 mod above;
 mod framing;
 mod ground;
+mod model;
 mod raster;
 mod summit;
 
@@ -38,11 +39,13 @@ impl OpenWorld {
     /// picture, with light from the side, the horizon above the middle, at most 40 % of sky, and no view onto no-data.
     /// `aspect` is the width of the picture over its height.
     ///
+    /// A model that is opened by itself is seen from in front and above, all of it.
+    ///
     /// Heights that cannot be read, which drawing reports, are seen from above the middle of the world.
     pub fn start_camera(&self, aspect: f64) -> Camera {
-        self.scene
-            .start
-            .unwrap_or_else(|| self.summit_camera(aspect).ok().flatten().unwrap_or_else(|| self.camera_above()))
+        let summit = || self.summit_camera(aspect).ok().flatten();
+        let of_world = || model::camera(self, usable(aspect)).or_else(summit).unwrap_or_else(|| self.camera_above());
+        self.scene.start.unwrap_or_else(of_world)
     }
 
     /// Returns a camera that looks at a place, east and north in metres, in the same way; or from where `from` says.
@@ -105,8 +108,7 @@ impl OpenWorld {
             / f64::from(levels.width.max(levels.height));
         let land = Land::new(whole, near.as_ref(), spacing_m, self.light(), place_m.truncate(), size_m);
         let subject = land.subject(place_m, top_m, size_m, from);
-        let aspect = if aspect.is_finite() { aspect.clamp(ASPECTS[0], ASPECTS[1]) } else { USUAL_ASPECT };
-        let mut camera = land.framed(&subject, aspect).camera;
+        let mut camera = land.framed(&subject, usable(aspect)).camera;
         // The land of the finest level may be higher than that of the raster.
         let ground_m = terrain.height_m(camera.position_m.truncate()).unwrap_or(f64::NEG_INFINITY);
         camera.position_m.z = camera.position_m.z.max(ground_m + 2.0 * land.spacing_m.min(20.0));
@@ -176,6 +178,11 @@ impl OpenWorld {
         let [low_m, high_m] = [low_m - least_m, high_m + least_m];
         (low_m.is_finite() && high_m.is_finite()).then_some([low_m.x, low_m.y, high_m.x, high_m.y])
     }
+}
+
+/// Returns the nearest shape of a picture for which a camera is chosen.
+fn usable(aspect: f64) -> f64 {
+    if aspect.is_finite() { aspect.clamp(ASPECTS[0], ASPECTS[1]) } else { USUAL_ASPECT }
 }
 
 /// Rounds a position to a tenth of a sample or finer, so that a camera can be read and repeated.
