@@ -9,8 +9,12 @@ use crate::gpu::target::Target;
 use crate::lines::tone::{self, tone_image};
 use crate::style::Layer;
 use crate::surface::{form, mark_normal};
+use crate::tiles::Terrain;
 use crate::tones::light::LightUniform;
 use crate::tones::{self, Local, TONE, balance, hatching, relief, watercolor};
+
+/// The least range of heights over which tints run, as a part of the longer side of the world.
+const LEAST_TINTED: f64 = 1e-4;
 
 /// The tones of an eye.
 pub(super) struct Shaded {
@@ -94,7 +98,7 @@ pub(super) fn shade(
         style,
         light,
         camera_z_m: origin_m.z as f32,
-        range_m: terrain.range_m(),
+        range_m: tinted_range_m(terrain),
         distance,
         normal,
         form_normal: form_normal.as_ref().unwrap_or(nothing),
@@ -160,4 +164,13 @@ pub(super) fn shade(
     });
     let inks = inks.collect();
     Shaded { colors, balance, inks }
+}
+
+/// Returns the heights over which tints of land run, in metres: those of the land. Level land gets a range of its own,
+/// which is a metre, or less where the whole world is small, such as that of a model: how high something stands above
+/// the ground would otherwise tint models by their size.
+fn tinted_range_m(terrain: &Terrain) -> [f32; 2] {
+    let [low_m, high_m] = terrain.range_m();
+    let least_m = (LEAST_TINTED * terrain.extent_m().into_iter().fold(0.0, f64::max)).min(1.0);
+    [low_m, high_m.max(low_m + least_m as f32).max(low_m.next_up())]
 }

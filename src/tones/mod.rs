@@ -54,7 +54,7 @@ pub(crate) struct Inputs<'a> {
     pub light: &'a Light,
     /// The camera's height in the world, in metres.
     pub camera_z_m: f32,
-    /// The lowest and highest height of the land, in metres.
+    /// The heights at which tints of the land begin and end, in metres; never equal.
     pub range_m: [f32; 2],
     pub distance: &'a Target,
     pub normal: &'a Target,

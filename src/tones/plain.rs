@@ -12,7 +12,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         to_sun: inputs.light.to_sun.as_vec3().to_array(),
         camera_z_m: inputs.camera_z_m,
         low_m,
-        high_m: high_m.max(low_m + 1.0),
+        high_m,
         shininess: 24.0,
         specular: 0.06,
         local: inputs.local.map_or(0.0, |local| local.amount),

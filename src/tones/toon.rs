@@ -34,7 +34,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         by: ramp.by,
         camera_z_m: inputs.camera_z_m,
         low_m,
-        high_m: high_m.max(low_m + 1.0),
+        high_m,
         local: inputs.local.map_or(0.0, |local| local.amount),
         relief: if inputs.relief_light.is_some() { 1.0 } else { 0.0 },
         crests: if inputs.crest_light.is_some() { 1.0 } else { 0.0 },

@@ -386,6 +386,10 @@ mod tests {
 
     #[test]
     fn stays_above_ground() {
+        // A start view of a small model, half a metre above its ground, is not lifted; over land it is.
+        let start = Camera { position_m: DVec3::new(0.0, -2.0, 0.6), ..camera().camera() };
+        near(FlyCamera::new(&start, |_| 0.0, [100.0, 100.0]).position_m.z, 0.6, 1e-9);
+        near(FlyCamera::new(&start, |_| 0.0, [1000.0, 1000.0]).position_m.z, 2.0, 1e-9);
         let slope = |at: DVec2| 100.0 + 0.7 * at.y;
         let mut camera = camera();
         camera.clearance_m = 0.0;

@@ -92,10 +92,10 @@ fn a_model_has_the_colours_of_its_materials() {
         return;
     }
     let place = with_house();
-    let is_red = |pixel: &[u8]| i32::from(pixel[0]) > i32::from(pixel[1]) + 50;
+    let is_red = |pixel: &[u8]| i32::from(pixel[0]) > i32::from(pixel[1].max(pixel[2])) + 20;
     let red = |picture: &Picture| picture.rgba.chunks_exact(4).filter(|pixel| is_red(pixel)).count();
     let coloured = red(&drawn(&place, "coloured", &["house.obj", "--style", "wash"]));
-    assert!(coloured > 500, "{coloured} red pixels");
+    assert!(coloured > 300, "{coloured} red pixels");
     // Planted error: no materials.
     place.file("house.mtl", "");
     let plain = red(&drawn(&place, "grey", &["house.obj", "--style", "wash"]));
@@ -108,41 +108,40 @@ fn small_and_large_models_are_drawn_at_another_scale_and_say_so() {
         return;
     }
     let place = with_house();
-    let true_size = drawn(&place, "true", &["house.obj", "--style", "plain"]);
-    for (power, factor) in [(-3, "100"), (-1, "1"), (4, "1"), (5, "0.1")] {
+    let scaled = |power: i32, says: Option<&str>| {
         // Decimal exponents, so that the numbers stay exact.
-        let scaled = HOUSE.lines().map(|line| match line.strip_prefix("v ") {
+        let line = |line: &str| match line.strip_prefix("v ") {
             Some(numbers) => {
                 let numbers = numbers.split(' ').map(|number| format!("{number}e{power}"));
                 format!("v {}\n", numbers.collect::<Vec<_>>().join(" "))
             }
             None => format!("{line}\n"),
-        });
-        place.file("scaled.obj", &scaled.collect::<String>());
-        let output = place.hachure(&[
-            "render",
-            "scaled.obj",
-            "-o",
-            "b.png",
-            "--size",
-            "180x120",
-            "--style",
-            "plain",
-            "--overwrite",
-        ]);
+        };
+        place.file("scaled.obj", &HOUSE.lines().map(line).collect::<String>());
+        let options = ["--size", "180x120", "--style", "plain", "--overwrite"];
+        let output = place.hachure(&[&["render", "scaled.obj", "-o", "b.png"][..], &options].concat());
         let printed = String::from_utf8(output.stderr).unwrap();
         assert!(output.status.success(), "{printed}");
-        let says = printed.lines().filter(|line| line.contains("scaled.obj: is ")).count();
-        assert_eq!(says, usize::from(factor != "1"), "{power}: {printed}");
-        assert!(factor == "1" || printed.contains(&format!("it is drawn at {factor} times its size")), "{printed}");
-        // Whatever its size, it has its place in the picture.
-        let (_, part) = difference(&true_size, &read_rgba8(&place.path("b.png")).unwrap());
-        assert!(part < 0.03, "{power}: {part} of the picture differ");
+        let found = printed.lines().filter(|line| line.contains("scaled.obj: is ")).count();
+        assert_eq!(found, usize::from(says.is_some()), "{power}: {printed}");
+        assert!(says.is_none_or(|factor| printed.contains(&format!("drawn at {factor} times its size"))), "{printed}");
+        read_rgba8(&place.path("b.png")).unwrap()
+    };
+    // Whatever its size, it has its place in the picture. The haze is thinner above 8 km.
+    let true_size = drawn(&place, "true", &["house.obj", "--style", "plain"]);
+    let large = scaled(4, None);
+    for (power, picture, like) in [
+        (-3, scaled(-3, Some("100")), &true_size),
+        (-1, scaled(-1, None), &true_size),
+        (5, scaled(5, Some("0.1")), &large),
+    ] {
+        let (_, part) = difference(like, &picture);
+        assert!(part < 0.01, "{power}: {part} of the picture differ");
     }
     // Planted error: another model.
     place.file("house.obj", &HOUSE.replace("v 103 25 50", "v 103 32 50"));
     let (_, part) = difference(&true_size, &drawn(&place, "other", &["house.obj", "--style", "plain"]));
-    assert!(part > 0.06, "{part}");
+    assert!(part > 0.02, "{part}");
 }
 
 #[test]
