@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::recent::is_no_path;
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
-use crate::file::message::named;
 use crate::file::{toml_text, unnamed};
 use crate::scene::embedded;
 
