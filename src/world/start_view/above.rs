@@ -168,7 +168,7 @@ mod tests {
 
     use super::super::raster::Raster;
     use super::*;
-    use crate::scene::Light;
+    use crate::scene::Scene;
 
     fn hills_m(x: f64, y: f64) -> f64 {
         100.0 + 30.0 * (x / 170.0).sin() * (y / 230.0).cos()
@@ -204,7 +204,7 @@ mod tests {
             _ => hills_m(at.x, at.y),
         };
         let raster = Raster::of(201, 10.0, |x, y| land_m(DVec2::new(x, y)));
-        let land = Land::new(&raster, None, 10.0, Light::default(), DVec2::ZERO, 2000.0);
+        let land = Land::new(&raster, None, 10.0, Scene::default().light([2000.0; 2]), DVec2::ZERO, 2000.0);
         for (name, x, y, z, yaw_deg, pitch_deg) in [
             ("into the hole", 0.0, -900.0, 900.0, 0.0, -45.0),
             ("from outside", 2000.0, 2000.0, 900.0, 225.0, -20.0),
