@@ -16,6 +16,7 @@ use super::FileError;
 use super::atomic::AtomicFile;
 use super::geojson_polygons::{LARGEST_BYTES, epsg_of, not_geojson};
 use super::input::read_text;
+use super::unnamed::head;
 
 /// EPSG code of WGS 84, the reference system of a file without `crs`.
 pub(crate) const WGS84: u16 = 4326;
@@ -80,9 +81,17 @@ pub(crate) fn write_geojson(path: &Path, collection: &Collection) -> Result<(), 
     file.commit().map_err(failed)
 }
 
+/// The beginning of a file that hachure wrote: its second member names the program, and then its version. GIS programs skip
+/// the member, and write the others in another order.
+const HEAD: &str = "{\n\"type\": \"FeatureCollection\",\n\"generator\": \"hachure ";
+
+/// Returns whether hachure wrote the GeoJSON at `path`.
+pub(crate) fn is_own(path: &Path) -> bool {
+    head(path, HEAD.len()) == HEAD.as_bytes()
+}
+
 fn write(out: &mut impl Write, collection: &Collection) -> std::io::Result<()> {
-    writeln!(out, "{{")?;
-    writeln!(out, "\"type\": \"FeatureCollection\",")?;
+    writeln!(out, "{HEAD}{}\",", env!("CARGO_PKG_VERSION"))?;
     writeln!(out, "\"name\": {},", text(&collection.name))?;
     if collection.epsg != WGS84 {
         let name = format!("urn:ogc:def:crs:EPSG::{}", collection.epsg);
@@ -260,5 +269,28 @@ impl<'de> Deserialize<'de> for Features {
             }
         }
         deserializer.deserialize_any(Counter)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::atomic;
+
+    #[test]
+    fn files_of_hachure_begin_with_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.geojson");
+        let collection = Collection { name: "a".to_owned(), epsg: WGS84, digits: 6, features: Vec::new() };
+        assert!(!is_own(&path), "nothing is there");
+        write_geojson(&path, &collection).unwrap();
+        assert!(is_own(&path));
+        let text = read_text(&path, LARGEST_BYTES).unwrap();
+        let value: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(value["generator"].as_str(), Some(concat!("hachure ", env!("CARGO_PKG_VERSION"))));
+        // GDAL writes the members of others after its own.
+        let of_gdal = "{\n\"type\": \"FeatureCollection\",\n\"name\": \"a\",\n\"generator\": \"hachure 0.1.0\",\n\"features\": []\n}\n";
+        atomic::write(&path, of_gdal.as_bytes()).unwrap();
+        assert!(!is_own(&path));
     }
 }

@@ -4,7 +4,7 @@
 //! How hachure recognises its own files:
 //!
 //! - A picture has an imprint ([`super::imprint`]), and an older PNG at least the text `Software`. The imprint of a
-//!   sheet ends with the name of the sheet.
+//!   sheet ends with the name of the sheet. A GeoJSON begins with the name of the program ([`super::geojson::is_own`]).
 //! - Sidecar files of a picture ([`SideFile`]) have formats without room for a mark. The last line of the picture's
 //!   imprint records the checksum and length of each, as a comment, which readers of imprints skip.
 //! - Files of hachure's own formats begin with their magic bytes.
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use super::input::open_regular;
 use super::message::named;
-use super::{FileError, imprint, png};
+use super::{FileError, geojson, imprint, png};
 
 /// Begins the last line of the imprint of a picture with sidecar files.
 const RECORD: &str = "# files beside this picture (CRC-32 and bytes):";
@@ -54,6 +54,11 @@ pub(crate) fn is_drawing(path: &Path) -> bool {
     png::is_drawing(path) || imprint::read(path).is_ok()
 }
 
+/// Returns whether hachure drew the file at `path`: a picture, or a GeoJSON, which has no imprint.
+pub(crate) fn is_export(path: &Path) -> bool {
+    is_drawing(path) || geojson::is_own(path)
+}
+
 /// Returns the message about a picture that hachure drew where a world is expected.
 pub(crate) fn is_no_world(picture: &Path) -> String {
     format!("{0}: a picture that hachure drew, not land; draw it again with hachure render --like {0}", named(picture))
@@ -72,6 +77,19 @@ pub(crate) fn is_sheet(path: &Path, sheet: &str) -> bool {
 /// Returns the last line of a picture's imprint.
 fn last_line(picture: &Path) -> Option<String> {
     Some(imprint::read(picture).ok()?.lines().next_back()?.to_owned())
+}
+
+/// Returns the path of a picture's world file: `.pgw` of a `.png`, `.jgw` of a `.jpg`.
+pub(crate) fn world_file_path(picture: &Path) -> PathBuf {
+    let is_png = picture.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    picture.with_extension(if is_png { "pgw" } else { "jgw" })
+}
+
+/// Returns the path of the file that holds a picture's reference system, which GDAL reads: `NAME.png.aux.xml`.
+pub(crate) fn aux_path(picture: &Path) -> PathBuf {
+    let mut name = picture.as_os_str().to_owned();
+    name.push(".aux.xml");
+    name.into()
 }
 
 /// A sidecar file of a picture, such as a world file: its path and its content.

@@ -3,6 +3,7 @@
 //! An export is nothing but that command line: the window runs it as it is shown, so both draw the same.
 
 mod command;
+mod foreign;
 mod page;
 
 #[cfg(test)]
@@ -219,15 +220,16 @@ impl Export {
         if let Err(error) = Page::of(self) {
             return Some(error);
         }
-        (output.symlink_metadata().is_ok() && !self.replaces_own())
-            .then(|| format!("{shown}: exists, and is not known to be a drawing of hachure; choose another name"))
+        // Links and devices are among them: a drawing would take their place.
+        let is_other = output.symlink_metadata().is_ok_and(|found| !found.is_file());
+        is_other.then(|| format!("{shown}: exists, and is not a regular file; choose another name"))
     }
 
     /// Returns whether the output replaces a file that hachure drew.
     pub(crate) fn replaces_own(&self) -> bool {
         let output = self.output_path();
         let output = Path::new(&output);
-        output.symlink_metadata().is_ok_and(|found| found.is_file()) && unnamed::is_drawing(output)
+        output.symlink_metadata().is_ok_and(|found| found.is_file()) && unnamed::is_export(output)
     }
 }
 
@@ -250,8 +252,8 @@ mod tests {
         assert_eq!((export.refusal(), export.replaces_own()), (None, false));
         atomic::write(Path::new(&at("photo.png")), b"mine").unwrap();
         export.output = at("photo.png");
-        let refusal = export.refusal().unwrap();
-        assert!(refusal.contains("photo.png: exists, and is not known to be a drawing"), "{refusal}");
+        assert_eq!((export.refusal(), export.replaces_own()), (None, false));
+        assert_eq!(export.foreign(), [Path::new(&export.output)], "the dialog asks");
         let notes = Notes { imprint: Some("version = 1\n"), ..Notes::default() };
         let drawn = at("drawn.png");
         let mut writer = PngWriter::create_noted(Path::new(&drawn), 1, 1, PngPixels::Rgb8, &notes).unwrap();
@@ -259,8 +261,11 @@ mod tests {
         writer.finish().unwrap();
         export.output = drawn;
         assert_eq!((export.refusal(), export.replaces_own()), (None, true));
-        export.output = folder.path().display().to_string();
-        assert!(export.refusal().is_some(), "a folder");
+        assert!(export.foreign().is_empty());
+        std::fs::create_dir(at("folder.png")).unwrap();
+        export.output = at("folder.png");
+        let refusal = export.refusal().unwrap();
+        assert!(refusal.ends_with("folder.png: exists, and is not a regular file; choose another name"), "{refusal}");
     }
 
     #[test]

@@ -2,26 +2,25 @@
 //!
 //! Why: `docs/decisions/exports.md`.
 
+mod options;
 mod preview;
 pub(super) mod run;
 
 #[cfg(test)]
 mod tests;
 
-use egui::{DragValue, Response, RichText, ScrollArea, Ui};
+use std::path::PathBuf;
+
+use egui::{Response, RichText, ScrollArea, Ui};
 
 use super::panel::WARNING;
-use crate::picture::aov::CHANNELS;
-use crate::studio::export::{Export, Kind, Page, STEREO, ShownView, quoted};
+use crate::file::message::named;
+use crate::studio::export::{Export, Kind, Page, ShownView, quoted};
 
 /// Width of the column with the options and of that with the page, in points.
 const COLUMNS: [f32; 2] = [238.0, 250.0];
 /// Distance from the border of the window in points.
 const MARGIN: f32 = 16.0;
-/// The sides of a picture that the dialog offers, in pixels.
-const PIXELS: std::ops::RangeInclusive<u32> = 1..=1 << 20;
-/// Paper sizes of the list; others are typed.
-const PAPERS: [&str; 7] = ["a0", "a1", "a2", "a3", "a4", "letter", "tabloid"];
 
 /// What the dialog says about a path that is not saved.
 const COPY: &str = "The camera path has edits that are not saved. The film is drawn from a copy in hachure's cache; save \
@@ -85,11 +84,43 @@ pub(super) struct ExportDialog {
     copied: Option<String>,
     /// The path in hachure's cache that is a copy of the one that is edited.
     copy: Option<String>,
+    /// The question about files that the export would replace although hachure did not draw them.
+    question: Option<Question>,
+}
+
+/// The question whether files of the user may be replaced. It is void when the options change.
+#[derive(Debug)]
+struct Question {
+    /// The export that was asked about.
+    export: Export,
+    files: Vec<PathBuf>,
+}
+
+impl Question {
+    fn words(&self) -> String {
+        let first = self.files.first().map(named).unwrap_or_default();
+        match self.files.len() {
+            0 | 1 => format!("{first} exists, and hachure did not draw it. Replace it?"),
+            count => format!("{first} and {} others exist, and hachure did not draw them. Replace them?", count - 1),
+        }
+    }
+
+    /// Returns the names of the buttons that replace the files and that keep them.
+    fn answers(&self) -> [&'static str; 2] {
+        if self.files.len() == 1 { ["Replace it", "Keep it"] } else { ["Replace them", "Keep them"] }
+    }
 }
 
 impl Default for ExportDialog {
     fn default() -> Self {
-        Self { is_open: false, export: Export::new([1280, 720], 1), is_new: true, copied: None, copy: None }
+        Self {
+            is_open: false,
+            export: Export::new([1280, 720], 1),
+            is_new: true,
+            copied: None,
+            copy: None,
+            question: None,
+        }
     }
 }
 
@@ -116,12 +147,13 @@ impl ExportDialog {
 
     /// Closes the dialog.
     pub(super) fn close(&mut self) {
-        self.is_open = false;
+        (self.is_open, self.question) = (false, None);
     }
 
     /// Closes the dialog and forgets its settings, because the name of the output belongs to another world.
     pub(super) fn forget(&mut self) {
-        (self.is_open, self.is_new) = (false, true);
+        self.close();
+        self.is_new = true;
     }
 
     /// Lays out the dialog and returns what the user asks for.
@@ -143,7 +175,7 @@ impl ExportDialog {
             });
         });
         if !stays {
-            self.is_open = false;
+            self.close();
             context.request_repaint();
         }
         request
@@ -162,7 +194,7 @@ impl ExportDialog {
         ui.horizontal_top(|ui| {
             ui.vertical(|ui| {
                 ui.set_width(COLUMNS[0]);
-                options(ui, &mut self.export);
+                options::show(ui, &mut self.export);
                 if self.export.kind == Kind::Film && self.copy.as_ref() == Some(&self.export.path) {
                     ui.add(egui::Label::new(RichText::new(COPY).weak()).wrap());
                 }
@@ -194,7 +226,13 @@ impl ExportDialog {
         });
         let mut request = None;
         let refusal = shown.refusal.map(|refusal| refusal.words().to_owned()).or_else(|| self.export.refusal());
-        let arguments = self.export.arguments(shown.view);
+        if refusal.is_some() || self.question.as_ref().is_some_and(|question| question.export != self.export) {
+            self.question = None;
+        }
+        let mut arguments = self.export.arguments(shown.view);
+        if self.question.is_some() {
+            arguments.push("--overwrite".to_owned());
+        }
         let line = quoted(&arguments);
         match &refusal {
             Some(refusal) => _ = warning(ui, refusal),
@@ -205,12 +243,12 @@ impl ExportDialog {
                 }
             }
         }
+        if let Some(question) = &self.question {
+            warning(ui, &question.words());
+        }
         ui.horizontal(|ui| {
             let may = refusal.is_none();
-            let export = ui.add_enabled(may, egui::Button::new("Export"));
-            if export.on_hover_text("Draw it in the background, with this command line").clicked() {
-                request = Some(Request::Run(arguments, self.export.output_path()));
-            }
+            request = self.answer(ui, may, arguments);
             let is_copied = self.copied.as_ref() == Some(&line);
             let copy = egui::Button::new(if is_copied { "Copied" } else { "Copy the command" });
             if ui.add_enabled(may, copy).on_hover_text("Copy the command line").clicked() {
@@ -225,165 +263,31 @@ impl ExportDialog {
         });
         request
     }
-}
 
-/// Adds the options of a kind.
-fn options(ui: &mut Ui, export: &mut Export) {
-    let endings = export.kind.endings();
-    if endings.len() > 1 {
-        row(ui, "Format", |ui| {
-            for ending in endings {
-                if ui.selectable_label(export.ending() == *ending, format!(".{ending}")).clicked() {
-                    export.set_ending(ending);
-                }
+    /// Adds the button that exports, or those that answer the question about files of the user. `arguments` are those of
+    /// the program.
+    fn answer(&mut self, ui: &mut Ui, may: bool, arguments: Vec<String>) -> Option<Request> {
+        let run = |export: &Export| Request::Run(arguments, export.output_path());
+        let Some(question) = &self.question else {
+            let export = ui.add_enabled(may, egui::Button::new("Export"));
+            if !export.on_hover_text("Draw it in the background, with this command line").clicked() {
+                return None;
             }
-            if export.kind == Kind::Film && ui.selectable_label(export.is_frames(), "frames").clicked() {
-                export.set_frames();
+            let files = self.export.foreign();
+            if files.is_empty() {
+                return Some(run(&self.export));
             }
-        });
-    }
-    let may_be_on_paper = matches!(export.kind, Kind::Picture | Kind::Lines | Kind::Map);
-    if may_be_on_paper && export.ending() != "geojson" {
-        row(ui, "Size", |ui| {
-            ui.selectable_value(&mut export.is_on_paper, false, "pixels");
-            ui.selectable_value(&mut export.is_on_paper, true, "paper");
-        });
-    }
-    if export.has_paper() {
-        paper_options(ui, export);
-    }
-    if !export.has_paper() || export.kind == Kind::Lines {
-        row(ui, "Pixels", |ui| {
-            let [width, height] = &mut export.size_px;
-            name(&ui.add(DragValue::new(width).range(PIXELS)), "Width in pixels");
-            ui.label("×");
-            name(&ui.add(DragValue::new(height).range(PIXELS)), "Height in pixels");
-        });
-    }
-    if export.has_samples() {
-        row(ui, "Samples per pixel", |ui| {
-            name(&ui.add(DragValue::new(&mut export.samples).range(1..=64)), "Samples per pixel");
-        });
-    }
-    kind_options(ui, export);
-    if export.has_title() {
-        row(ui, "Title", |ui| {
-            let field = egui::TextEdit::singleline(&mut export.title).hint_text("none").desired_width(150.0);
-            name(&ui.add(field), "Title below the picture");
-        });
-    }
-}
-
-/// Adds the options of paper.
-fn paper_options(ui: &mut Ui, export: &mut Export) {
-    row(ui, "Paper", |ui| {
-        paper(ui, "Paper", &mut export.paper);
-        if export.kind != Kind::Lines {
-            ui.selectable_value(&mut export.is_portrait, false, "landscape");
-            ui.selectable_value(&mut export.is_portrait, true, "portrait");
+            self.question = Some(Question { export: self.export.clone(), files });
+            ui.ctx().request_repaint();
+            return None;
+        };
+        let [replace, keep] = question.answers().map(|answer| ui.button(answer).clicked());
+        if replace || keep {
+            self.question = None;
+            ui.ctx().request_repaint();
         }
-    });
-    if export.kind == Kind::Lines {
-        row(ui, "Margin", |ui| {
-            let value = DragValue::new(&mut export.margin_mm).range(0.0..=500.0).suffix(" mm");
-            name(&ui.add(value), "Margin in millimetres");
-        });
-    } else {
-        row(ui, "Dots per inch", |ui| {
-            name(&ui.add(DragValue::new(&mut export.dpi).range(10.0..=2400.0)), "Dots per inch");
-        });
+        replace.then(|| run(&self.export))
     }
-}
-
-/// Adds the options that only one kind has.
-fn kind_options(ui: &mut Ui, export: &mut Export) {
-    match export.kind {
-        Kind::Picture => {}
-        Kind::Sheets => {
-            row(ui, "Sheets", |ui| paper(ui, "Paper of the sheets", &mut export.sheets));
-            row(ui, "Overlap", |ui| {
-                let value = DragValue::new(&mut export.overlap_mm).range(0.0..=100.0).suffix(" mm");
-                name(&ui.add(value), "Overlap in millimetres");
-            });
-        }
-        Kind::Lines => pens(ui, export),
-        Kind::Exr => {
-            ui.label(RichText::new("Channels").weak());
-            ui.horizontal_wrapped(|ui| {
-                for channel in CHANNELS {
-                    let mut is_on = export.channels.contains(&channel);
-                    if ui.checkbox(&mut is_on, channel).changed() {
-                        // In the order of the list, so that the command line does not depend on the clicks.
-                        let before = std::mem::take(&mut export.channels);
-                        let is_in = |known: &&&str| if **known == channel { is_on } else { before.contains(known) };
-                        export.channels = CHANNELS.iter().filter(is_in).copied().collect();
-                    }
-                }
-            });
-        }
-        Kind::Map => {
-            row(ui, "Area", |ui| {
-                let mut is_whole = export.map_width_m.is_none();
-                ui.selectable_value(&mut is_whole, true, "all land");
-                ui.selectable_value(&mut is_whole, false, "around the camera");
-                if is_whole != export.map_width_m.is_none() {
-                    export.map_width_m = (!is_whole).then_some(5000.0);
-                }
-            });
-            if let Some(width_m) = &mut export.map_width_m {
-                row(ui, "Width", |ui| {
-                    let value = DragValue::new(width_m).range(1.0..=1e7).speed(50.0).suffix(" m");
-                    name(&ui.add(value), "Width of the map in metres");
-                });
-            }
-            if export.ending() == "geojson" {
-                ui.checkbox(&mut export.is_wgs84, "Longitudes and latitudes (WGS 84)");
-                pens(ui, export);
-            }
-        }
-        Kind::Stereo => row(ui, "Eyes", |ui| {
-            let list = egui::ComboBox::from_id_salt("eyes of the export").selected_text(export.eyes);
-            let list = list.show_ui(ui, |ui| {
-                STEREO.iter().for_each(|eyes| _ = ui.selectable_value(&mut export.eyes, *eyes, *eyes));
-            });
-            name(&list.response, "Layout of the eyes");
-        }),
-        Kind::Film => {
-            row(ui, "Camera path", |ui| {
-                let hint = "path.csv, or tour";
-                let field = egui::TextEdit::singleline(&mut export.path).hint_text(hint).desired_width(130.0);
-                name(&ui.add(field), "Camera path of the film");
-            });
-            row(ui, "Frames per second", |ui| {
-                name(&ui.add(DragValue::new(&mut export.fps).range(1.0..=120.0)), "Frames per second");
-            });
-        }
-    }
-}
-
-fn pens(ui: &mut Ui, export: &mut Export) {
-    row(ui, "Pens", |ui| {
-        ui.selectable_value(&mut export.pens, 0, "any width");
-        (1..=3).for_each(|count| _ = ui.selectable_value(&mut export.pens, count, count.to_string()));
-    });
-}
-
-/// Adds a list of paper sizes and a field for others.
-fn paper(ui: &mut Ui, label: &str, paper: &mut String) {
-    let hint = "a0 to a6, letter, legal, tabloid, or WIDTHxHEIGHT in millimetres";
-    let field = ui.add(egui::TextEdit::singleline(paper).desired_width(52.0)).on_hover_text(hint);
-    name(&field, label);
-    let list = egui::ComboBox::from_id_salt(label).selected_text("").width(18.0).show_ui(ui, |ui| {
-        PAPERS.iter().for_each(|known| _ = ui.selectable_value(paper, (*known).to_owned(), *known));
-    });
-    name(&list.response, &format!("{label}: list of sizes"));
-}
-
-fn row(ui: &mut Ui, label: &str, content: impl FnOnce(&mut Ui)) {
-    ui.horizontal(|ui| {
-        ui.label(RichText::new(label).weak());
-        content(ui);
-    });
 }
 
 /// Names a widget for a screen reader.

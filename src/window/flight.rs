@@ -135,8 +135,8 @@ pub(super) struct Flight {
     export_dialog: ExportDialog,
     /// The exports that run.
     exports: Vec<Run>,
-    /// The messages of exports that failed, until the user has seen them.
-    failures: Vec<String>,
+    /// The messages of exports that have ended, until the user dismisses them.
+    ended: works::EndedWorks,
     /// The edited values of a style, by the style and its revision.
     set_values: Option<exports::KnownValues>,
     /// The GPU that was asked for.
@@ -272,7 +272,7 @@ impl Flight {
             open_dialog: OpenDialog::default(),
             export_dialog: ExportDialog::default(),
             exports: Vec::new(),
-            failures: Vec::new(),
+            ended: works::EndedWorks::default(),
             set_values: None,
             wish: options.adapter.clone(),
             browser: Browser::default(),
@@ -548,7 +548,7 @@ impl Flight {
                 let shown = export::Shown { view, refusal: *refusal, window_px };
                 exported = self.export_dialog.show(context, &shown).or(exported.take());
             }
-            cancelled = works::show(context, works.iter().copied(), &self.failures).or(cancelled);
+            cancelled = works::show(context, works.iter().copied(), &self.ended).or(cancelled);
             answer = self.questions.show(context).or(answer.take());
             let go_to = &mut self.navigation.go_to;
             typed = status::show(context, free, &words, projection.as_deref(), go_to).or(typed.take());
@@ -571,9 +571,10 @@ impl Flight {
         match cancelled {
             Some(works::Request::Cancel(row)) => self.on_cancel(row),
             Some(works::Request::Dismiss(row)) => {
-                self.failures.remove(row);
+                self.ended.dismiss(row);
                 self.inspector_is_old = true;
             }
+            Some(works::Request::Copied) => self.say(About::Edit, "Copied the path".to_owned(), TOAST / 2),
             None => {}
         }
         if let Some(request) = exported {

@@ -18,6 +18,7 @@ use egui::{Align, Color32, Layout, Response, RichText, Ui};
 use toml_edit::Value;
 
 use self::icons::Icon;
+use super::panel::may_hint;
 use crate::studio::document::StyleDocument;
 use crate::studio::export::quote;
 use crate::studio::rows::{Place, Row, Section, layer_definitions};
@@ -496,8 +497,10 @@ fn parameter(ui: &mut Ui, section: &Section, row: &Row, of_style: (&Path, u64), 
 
 /// Adds to a widget of a parameter what all of them have: help, and the key that restores the default.
 fn on_widget(ui: &Ui, widget: &Response, row: &Row, edits: &mut Vec<Edit>) {
-    let help = || row.help();
-    widget.clone().on_hover_ui(|ui| _ = ui.label(help())).on_disabled_hover_text(row.help());
+    if may_hint(ui.ctx()) {
+        widget.clone().on_hover_ui(|ui| _ = ui.label(row.help()));
+    }
+    widget.clone().on_disabled_hover_text(row.help());
     let is_aimed_at = widget.hovered() || widget.has_focus();
     let is_typing = ui.ctx().text_edit_focused();
     if is_aimed_at && !is_typing && ui.input(|input| input.key_pressed(egui::Key::Backspace)) {

@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod tests;
 
-use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
+use egui::{Align, Color32, Layout, Response, RichText, Sense, Slider, Ui};
 
 use super::dock::Pane;
 use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, SPEED_FACTORS};
@@ -157,6 +157,17 @@ fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) 
     egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, content);
 }
 
+/// Returns whether widgets that are dragged, such as sliders, may have a tooltip: while a button of the mouse is pressed it
+/// would cover what the drag changes.
+pub(super) fn may_hint(context: &egui::Context) -> bool {
+    !context.input(|input| input.pointer.any_down())
+}
+
+/// Adds a tooltip to a widget that is dragged.
+pub(super) fn hint(widget: Response, text: impl Into<egui::WidgetText>) -> Response {
+    if may_hint(&widget.ctx) { widget.on_hover_text(text) } else { widget }
+}
+
 /// Adds a row with a name on the left and a value on the right.
 pub(super) fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
     ui.horizontal(|ui| {
@@ -171,7 +182,7 @@ pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::W
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let before = widgets(ui, 0).len();
-            let response = ui.add(widget).on_hover_text(hint).on_disabled_hover_text(hint);
+            let response = self::hint(ui.add(widget), hint).on_disabled_hover_text(hint);
             // A slider has a field for its number, too.
             for id in widgets(ui, before) {
                 named(ui, id, &if id == response.id { name.to_owned() } else { format!("{name}, number") });

@@ -2,6 +2,9 @@
 //!
 //! AccessKit calls its handlers on other threads. They send what is asked to the thread of the window, and wake it.
 
+#[cfg(test)]
+pub(super) mod tests;
+
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use egui::accesskit::{ActionHandler, ActionRequest, ActivationHandler, DeactivationHandler, TreeUpdate};

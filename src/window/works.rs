@@ -1,10 +1,10 @@
-//! Work in the background that takes a while: what it is doing, how far it is, and how it is cancelled.
+//! Work in the background that takes a while: what it is doing, how far it is, how it is cancelled, and how it ended.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use egui::{Align2, ProgressBar, RichText};
+use egui::{Align2, ProgressBar, Response, RichText, ScrollArea, Ui};
 
 use super::panel::WARNING;
 use crate::source::Progress;
@@ -13,6 +13,10 @@ use crate::source::Progress;
 const BETWEEN_FRAMES: Duration = Duration::from_millis(150);
 /// Width of a row in points.
 const WIDTH: f32 = 300.0;
+/// Largest number of messages of work that has ended.
+const MOST_ENDED: usize = 5;
+/// Largest part of the window's height that they take; the rest is reached by scrolling.
+const HIGHEST: f32 = 0.4;
 
 /// Progress of work on another thread.
 pub(super) struct Work {
@@ -80,28 +84,67 @@ impl Progress for Work {
     }
 }
 
+/// The message of work that has ended. It stays until it is dismissed: work may take an hour, and nobody watches it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Ended {
+    pub text: String,
+    /// The path of the file that was written, if there is one.
+    pub path: Option<String>,
+    pub has_failed: bool,
+}
+
+/// The messages of work that has ended, newest last.
+#[derive(Debug, Default)]
+pub(super) struct EndedWorks(Vec<Ended>);
+
+impl EndedWorks {
+    /// Adds a message. It replaces an equal one; if there are too many, the oldest is dropped.
+    pub(super) fn add(&mut self, ended: Ended) {
+        self.0.retain(|known| *known != ended);
+        self.0.push(ended);
+        self.0.drain(..self.0.len().saturating_sub(MOST_ENDED));
+    }
+
+    /// Removes the message with this index.
+    pub(super) fn dismiss(&mut self, index: usize) {
+        if index < self.0.len() {
+            self.0.remove(index);
+        }
+    }
+
+    /// Removes all messages. Returns whether there was one.
+    pub(super) fn dismiss_all(&mut self) -> bool {
+        !std::mem::take(&mut self.0).is_empty()
+    }
+}
+
 /// A request of the user about a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
     /// Cancel the work with this index.
     Cancel(usize),
-    /// Remove the failure with this index.
+    /// Remove the message with this index.
     Dismiss(usize),
+    /// Say that a path was copied.
+    Copied,
 }
 
-/// Shows work, and messages of work that failed, at the bottom of the window. Returns what the user asks for.
+/// Shows work, and messages of work that has ended, at the bottom of the window. Returns what the user asks for.
 pub(super) fn show<'a>(
     context: &egui::Context,
     works: impl Iterator<Item = &'a Work>,
-    failures: &[String],
+    ended: &EndedWorks,
 ) -> Option<Request> {
     let mut works = works.enumerate().peekable();
-    if works.peek().is_none() && failures.is_empty() {
+    if works.peek().is_none() && ended.0.is_empty() {
         return None;
     }
     let mut request = None;
-    let area = egui::Area::new(egui::Id::unique("works")).order(egui::Order::Foreground);
-    area.anchor(Align2::CENTER_BOTTOM, [0.0, -44.0]).show(context, |ui| {
+    let highest = HIGHEST * context.content_rect().height();
+    let id = egui::Id::unique("works");
+    let size_before = context.memory(|memory| memory.area_rect(id)).map(|rect| rect.size());
+    let area = egui::Area::new(id).order(egui::Order::Foreground);
+    let shown = area.anchor(Align2::CENTER_BOTTOM, [0.0, -44.0]).show(context, |ui| {
         egui::Frame::window(ui.style()).show(ui, |ui| {
             ui.set_width(WIDTH);
             for (index, work) in works {
@@ -109,25 +152,151 @@ pub(super) fn show<'a>(
                 ui.add(egui::Label::new(RichText::new(&work.title).strong()).truncate());
                 ui.horizontal(|ui| {
                     let cancel = ui.button("Cancel").on_hover_text("Stop this; the window stays as it is");
-                    ui.ctx()
-                        .accesskit_node_builder(cancel.id, |node| node.set_label(format!("Cancel: {}", work.title)));
+                    name(&cancel, format!("Cancel: {}", work.title));
                     if cancel.clicked() {
                         request = Some(Request::Cancel(index));
                     }
                     ui.add(ProgressBar::new(done).desired_height(14.0).text(RichText::new(step).small()));
                 });
             }
-            for (index, failure) in failures.iter().enumerate() {
-                ui.horizontal(|ui| {
-                    let dismiss = ui.button("Dismiss").on_hover_text("Remove this message");
-                    ui.ctx().accesskit_node_builder(dismiss.id, |node| node.set_label(format!("Dismiss: {failure}")));
-                    if dismiss.clicked() {
-                        request = Some(Request::Dismiss(index));
-                    }
-                    ui.add(egui::Label::new(RichText::new(failure).color(WARNING)).wrap());
-                });
-            }
+            // Without the least height, a list that has grown keeps the height of the last frame.
+            ScrollArea::vertical().max_height(highest).min_scrolled_height(highest).show(ui, |ui| {
+                for (index, ended) in ended.0.iter().enumerate() {
+                    request = row(ui, index, ended).or(request);
+                }
+            });
         });
     });
+    // The place is that of an area as large as in the last frame.
+    if size_before != Some(shown.response.rect.size()) {
+        context.request_repaint();
+    }
     request
+}
+
+/// Adds a message.
+fn row(ui: &mut Ui, index: usize, ended: &Ended) -> Option<Request> {
+    let mut request = None;
+    let text = RichText::new(&ended.text);
+    ui.add(egui::Label::new(if ended.has_failed { text.color(WARNING) } else { text }).wrap().selectable(true));
+    ui.horizontal(|ui| {
+        let dismiss = ui.button("Dismiss").on_hover_text("Remove this message (Esc removes all)");
+        name(&dismiss, format!("Dismiss: {}", ended.text));
+        if dismiss.clicked() {
+            request = Some(Request::Dismiss(index));
+        }
+        if let Some(path) = &ended.path {
+            let copy = ui.button("Copy the path").on_hover_text(path);
+            name(&copy, format!("Copy the path: {path}"));
+            if copy.clicked() {
+                ui.copy_text(path.clone());
+                request = Some(Request::Copied);
+            }
+        }
+    });
+    request
+}
+
+/// Names a widget for a screen reader.
+fn name(response: &Response, label: String) {
+    response.ctx.accesskit_node_builder(response.id, |node| node.set_label(label));
+}
+
+#[cfg(test)]
+mod tests {
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable as _;
+
+    use super::*;
+    use crate::window::screen_reader::tests::unnamed;
+
+    fn wrote(path: &str) -> Ended {
+        Ended { text: format!("Wrote {path}"), path: Some(path.to_owned()), has_failed: false }
+    }
+
+    fn failed(text: &str) -> Ended {
+        Ended { text: text.to_owned(), path: None, has_failed: true }
+    }
+
+    #[test]
+    fn messages_of_ended_work_stay_until_they_are_dismissed() {
+        let mut works = EndedWorks::default();
+        works.add(wrote("/home/me/a.png"));
+        works.add(failed("--pens: no"));
+        let harness = Harness::builder().with_size(egui::vec2(640.0, 420.0)).with_step_dt(1.0);
+        let state = (works, Vec::new());
+        let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
+            |ui, (works, requests): &mut (EndedWorks, Vec<Request>)| {
+                let request = show(ui.ctx(), std::iter::empty(), works);
+                if let Some(Request::Dismiss(index)) = request {
+                    works.dismiss(index);
+                }
+                requests.extend(request);
+            },
+            state,
+        );
+        (0..60).for_each(|_| harness.step());
+        assert!(harness.query_by_label("Dismiss: Wrote /home/me/a.png").is_some());
+        assert!(unnamed(&harness).is_empty(), "{:?}", unnamed(&harness));
+        assert!(harness.query_by_label("Copy the path: --pens: no").is_none(), "a failure has no file");
+        harness.get_by_label("Copy the path: /home/me/a.png").click();
+        let copied = (0..4).find_map(|_| {
+            harness.step();
+            harness.output().platform_output.commands.iter().find_map(|command| match command {
+                egui::OutputCommand::CopyText(text) => Some(text.clone()),
+                _ => None,
+            })
+        });
+        assert_eq!(copied.as_deref(), Some("/home/me/a.png"));
+        harness.get_by_label("Dismiss: Wrote /home/me/a.png").click();
+        (0..4).for_each(|_| harness.step());
+        assert!(harness.query_by_label("Dismiss: Wrote /home/me/a.png").is_none());
+        assert!(harness.query_by_label("Dismiss: --pens: no").is_some(), "the other one stays");
+        assert_eq!(harness.state().1, [Request::Copied, Request::Dismiss(0)]);
+        assert!(harness.state_mut().0.dismiss_all() && !harness.state_mut().0.dismiss_all());
+        harness.step();
+        assert!(harness.query_by_label("Dismiss: --pens: no").is_none());
+    }
+
+    #[test]
+    fn a_message_in_place_of_a_progress_bar_is_shown_as_a_whole() {
+        let work = Work::new("Exporting a.svg".to_owned(), || {});
+        let text = format!("Wrote /home/me/a.svg\nWARN a.svg: leaves out tones\n{}", "19 strokes; ".repeat(20));
+        let mut ended = EndedWorks::default();
+        ended.add(Ended { text: text.clone(), ..wrote("/home/me/a.svg") });
+        let harness = Harness::builder().with_size(egui::vec2(640.0, 420.0));
+        let mut harness = harness.build_ui_state(
+            |ui, has_ended: &mut bool| {
+                let (running, none) = ((!*has_ended).then_some(&work), EndedWorks::default());
+                show(ui.ctx(), running.into_iter(), if *has_ended { &ended } else { &none });
+            },
+            false,
+        );
+        harness.run();
+        let area = |harness: &Harness<'_, bool>| {
+            harness.ctx.memory(|memory| memory.area_rect(egui::Id::unique("works"))).expect("it has an area")
+        };
+        let before = area(&harness);
+        *harness.state_mut() = true;
+        harness.run();
+        let (after, dismiss) = (area(&harness), harness.get_by_label(&format!("Dismiss: {text}")).rect());
+        assert!(after.contains_rect(dismiss) && !before.contains_rect(dismiss), "{before:?} {after:?} {dismiss:?}");
+    }
+
+    #[test]
+    fn the_list_is_of_limited_length_and_height() {
+        let mut works = EndedWorks::default();
+        (0..9).for_each(|number| works.add(failed(&format!("{number}: {}", "a long warning ".repeat(90)))));
+        works.add(failed("8"));
+        works.add(failed("8"));
+        assert_eq!(works.0.len(), MOST_ENDED);
+        assert!(works.0[0].text.starts_with("5: ") && works.0[MOST_ENDED - 2].text.starts_with("8: "));
+        works.dismiss(99);
+        let harness = Harness::builder().with_size(egui::vec2(640.0, 420.0));
+        let mut harness = harness.build_ui(|ui| _ = show(ui.ctx(), std::iter::empty(), &works));
+        harness.run();
+        let area = harness.ctx.memory(|memory| memory.area_rect(egui::Id::unique("works")));
+        let area = area.expect("the messages have an area");
+        assert!(area.top() > 100.0 && area.bottom() < 420.0, "{area:?}");
+    }
 }

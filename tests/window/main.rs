@@ -5,7 +5,10 @@
 
 mod again;
 mod display;
+mod drawn;
 mod drop;
+mod exports;
+mod film;
 mod land;
 mod latency;
 mod model;

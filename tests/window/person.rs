@@ -10,8 +10,8 @@ use crate::display::{Display, until};
 pub(crate) struct Widget {
     /// Left, top, right and bottom in pixels of the window.
     pub(crate) rect: [f64; 4],
-    role: String,
-    name: String,
+    pub(crate) role: String,
+    pub(crate) name: String,
     pub(crate) value: String,
 }
 
@@ -24,7 +24,7 @@ pub(crate) struct Person<'a> {
 }
 
 impl Person<'_> {
-    fn all(&self) -> Vec<Widget> {
+    pub(crate) fn all(&self) -> Vec<Widget> {
         let text = std::fs::read_to_string(&self.widgets).unwrap_or_default();
         let parse = |line: &str| {
             let parts: Vec<&str> = line.split('\t').collect();
@@ -68,6 +68,20 @@ impl Person<'_> {
     pub(crate) fn click(&self, role: &str, name: &str) {
         self.point(Self::middle(&self.find(role, name)));
         self.display.key(&["click", "1"]);
+    }
+
+    /// Returns a widget whose name begins like this, if it is there.
+    pub(crate) fn beginning(&self, role: &str, name: &str) -> Option<Widget> {
+        self.all().into_iter().find(|widget| widget.role == role && widget.name.starts_with(name))
+    }
+
+    /// Types a text or a number in place of what a field has.
+    pub(crate) fn fill(&self, role: &str, name: &str, text: &str) {
+        self.click(role, name);
+        self.keys(&["ctrl+a"]);
+        self.display.key(&["type", "--delay", "15", text]);
+        self.keys(&["Return"]);
+        until(&format!("{name}: {text}"), || self.see(role, name).filter(|widget| widget.value.starts_with(text)));
     }
 
     pub(crate) fn keys(&self, keys: &[&str]) {

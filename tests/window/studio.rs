@@ -95,9 +95,13 @@ fn work_at(frame_ms: u64) {
     let imprint = String::from_utf8(imprint.unwrap().stdout).unwrap();
     assert!(imprint.contains("hill.tif") && !imprint.contains("cone.tif"), "{imprint}");
 
-    // Nothing is left to save, so two presses of Esc leave. The first one closes the dialog.
+    // Nothing is left to save, so two presses of Esc leave. The first one before them closes the dialog.
     person.keys(&["Escape"]);
     until("the closed dialog", || person.see("TextInput", "Path of the output").is_none().then_some(()));
+    // The second one dismisses the message of the export.
+    until("the message", || person.beginning("Button", "Dismiss: Wrote "));
+    person.keys(&["Escape"]);
+    until("the dismissed message", || person.beginning("Button", "Dismiss: ").is_none().then_some(()));
     person.keys(&["Escape"]);
     person.keys(&["Escape"]);
     let status = until("the end", || program.0.try_wait().unwrap());

@@ -204,6 +204,9 @@ fn a_newcomer_prints_a_poster_of_a_changed_style() {
 
     person.keys(&["Escape"]);
     until("the closed dialog", || person.see("TextInput", "Path of the output").is_none().then_some(()));
+    until("the message", || person.beginning("Button", "Dismiss: Wrote "));
+    person.keys(&["Escape"]);
+    until("the dismissed message", || person.beginning("Button", "Dismiss: ").is_none().then_some(()));
     person.keys(&["Escape"]);
     person.keys(&["Escape"]);
     let status = until("the end", || program.0.try_wait().unwrap());

@@ -15,7 +15,7 @@ use crate::file::geotiff::GeoTiffWriter;
 use crate::file::imprint::escaped;
 use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::unnamed::{self, SideFile};
+use crate::file::unnamed::{self, SideFile, aux_path, world_file_path};
 use crate::picture::{self, PictureReport};
 use crate::pyramid::TileStore;
 use crate::pyramid::format::geotags;
@@ -213,19 +213,6 @@ pub(super) fn side_paths(args: &RenderArgs, kind: &OutputKind) -> Vec<PathBuf> {
         }
         _ => Vec::new(),
     }
-}
-
-/// Returns the path of a picture's world file: `.pgw` of a `.png`, `.jgw` of a `.jpg`.
-fn world_file_path(output: &Path) -> PathBuf {
-    let is_png = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
-    output.with_extension(if is_png { "pgw" } else { "jgw" })
-}
-
-/// Returns the path of the file that holds a picture's reference system, which GDAL reads: `NAME.png.aux.xml`.
-fn aux_path(output: &Path) -> PathBuf {
-    let mut name = output.as_os_str().to_owned();
-    name.push(".aux.xml");
-    name.into()
 }
 
 /// Returns the world file and the `.aux.xml` of a picture. [`unnamed::check_beside`] decides whether they may be

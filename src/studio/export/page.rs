@@ -16,6 +16,8 @@ pub(crate) struct Page {
     pub size: [f64; 2],
     /// The picture: left, top, width, height.
     pub picture: [f64; 4],
+    /// The sheets of a poster, in pixels of the poster.
+    pub sheets: Option<Sheets>,
     /// The parts of the picture that sheets show: left, top, width, height.
     pub cuts: Vec<[f64; 4]>,
     /// Its size in words.
@@ -35,6 +37,7 @@ impl Page {
         let whole = |size: [f64; 2], words: String| Self {
             size,
             picture: [0.0, 0.0, size[0], size[1]],
+            sheets: None,
             cuts: Vec::new(),
             words,
         };
@@ -50,7 +53,7 @@ impl Page {
             let [width, height] = export.size_px.map(|side| f64::from(side) * sheet.units_per_px);
             let words = format!("{} × {} mm, lines on {width:.0} × {height:.0} mm", sheet.size[0], sheet.size[1]);
             let picture = [sheet.origin[0], sheet.origin[1], width, height];
-            return Ok(Self { size: sheet.size, picture, cuts: Vec::new(), words });
+            return Ok(Self { picture, ..whole(sheet.size, words) });
         }
         let [longer, shorter] = sides_mm("--paper", export.paper.trim())?;
         let size = if export.is_portrait { [shorter, longer] } else { [longer, shorter] };
@@ -75,6 +78,7 @@ impl Page {
             let [width, height] = sheets.paper_mm;
             let count = page.cuts.len();
             page.words += &format!("; {count} sheet{} of {width} × {height} mm", if count == 1 { "" } else { "s" });
+            page.sheets = Some(sheets);
         }
         Ok(page)
     }

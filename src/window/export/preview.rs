@@ -80,7 +80,8 @@ mod tests {
 
     #[test]
     fn a_page_is_as_large_as_its_area_allows() {
-        let page = Page { size: [420.0, 297.0], picture: [0.0; 4], cuts: Vec::new(), words: String::new() };
+        let page =
+            Page { size: [420.0, 297.0], picture: [0.0; 4], sheets: None, cuts: Vec::new(), words: String::new() };
         let area = Rect::from_min_size(pos2(10.0, 20.0), vec2(240.0, 140.0));
         let whole = Placed::new(&page, area).rect([0.0, 0.0, 420.0, 297.0]);
         assert!(area.expand(0.01).contains_rect(whole), "{whole:?}");

@@ -9,6 +9,7 @@ use crate::gpu::device::AdapterWish;
 use crate::picture::imprint::{Imprint, More};
 use crate::scene::Sun;
 use crate::style::Style;
+use crate::window::screen_reader::tests::{focusable, repeated, unnamed};
 
 struct Bench {
     dialog: ExportDialog,
@@ -117,19 +118,82 @@ fn edits_are_saved_before_they_are_exported() {
 
 #[test]
 fn all_widgets_are_in_a_small_window_and_have_names() {
-    use egui::accesskit::Role;
     let mut harness = harness(egui::vec2(640.0, 360.0), false);
-    for (_, kind) in Kind::ALL {
-        harness.get_by_label(kind).click();
+    let mut counts = Vec::new();
+    for (kind, name) in Kind::ALL {
+        harness.get_by_label(name).click();
         harness.run();
-        let roles = [Role::Button, Role::CheckBox, Role::ComboBox, Role::SpinButton, Role::TextInput];
-        let unnamed: Vec<_> = harness
-            .root()
-            .children_recursive()
-            .filter(|node| roles.contains(&node.accesskit_node().role()))
-            .filter(|node| node.accesskit_node().label().is_none_or(|label| label.trim().is_empty()))
-            .map(|node| (node.accesskit_node().role(), node.rect()))
-            .collect();
-        assert!(unnamed.is_empty(), "{kind}: {unnamed:?}");
+        for ending in kind.endings() {
+            if kind.endings().len() > 1 {
+                harness.get_by_label(&format!(".{ending}")).click();
+                harness.run();
+            }
+            for area in ["paper", "around the camera", "pixels"] {
+                if let Some(button) = harness.query_by_label(area) {
+                    button.click();
+                    harness.run();
+                }
+                let (unnamed, repeated) = (unnamed(&harness), repeated(&harness));
+                assert!(unnamed.is_empty(), "{name}, {ending}, {area}: {unnamed:?}");
+                assert!(repeated.is_empty(), "{name}, {ending}, {area}: {repeated:?}");
+                counts.push(focusable(&harness).len());
+            }
+        }
     }
+    // The kinds, the output and the buttons at the bottom are there always.
+    let fewest = Kind::ALL.len() + 3;
+    assert!(counts.iter().all(|count| *count > fewest), "{counts:?}");
+}
+
+#[test]
+fn files_of_the_user_are_replaced_only_after_a_question() {
+    let folder = tempfile::tempdir().unwrap();
+    let photo = folder.path().join("photo.png");
+    crate::file::atomic::write(&photo, b"mine").unwrap();
+    let mut harness = harness(egui::vec2(1280.0, 800.0), false);
+    harness.state_mut().dialog.export.output = photo.display().to_string();
+    let click = |harness: &mut Harness<'_, Bench>, label: &str| {
+        harness.get_by_label(label).click();
+        harness.run();
+    };
+    click(&mut harness, "Export");
+    assert!(harness.state().requests.is_empty(), "it asks first");
+    let question = format!("{} exists, and hachure did not draw it. Replace it?", named(&photo));
+    assert!(harness.query_by_label(&question).is_some());
+    assert!(unnamed(&harness).is_empty() && repeated(&harness).is_empty());
+    click(&mut harness, "Keep it");
+    assert!(harness.state().requests.is_empty() && harness.query_by_label(&question).is_none());
+    click(&mut harness, "Export");
+    // Other options are another export.
+    harness.state_mut().dialog.export.samples = 3;
+    harness.run();
+    assert!(harness.query_by_label("Replace it").is_none());
+    click(&mut harness, "Export");
+    // What is shown is what runs.
+    let shown = quoted(&{
+        let mut arguments = harness.state().dialog.export.arguments(&harness.state().view);
+        arguments.push("--overwrite".to_owned());
+        arguments
+    });
+    assert!(harness.query_by_label(&shown).is_some(), "{shown}");
+    click(&mut harness, "Replace it");
+    match harness.state_mut().requests.pop() {
+        Some(Request::Run(arguments, _)) => assert_eq!(quoted(&arguments), shown),
+        other => panic!("{other:?}"),
+    }
+    // The next export does not replace what the user has not been asked about.
+    assert!(!exported_after_removing(&mut harness, &photo).contains(&"--overwrite".to_owned()));
+    // A closed dialog forgets the question.
+    crate::file::atomic::write(&photo, b"mine").unwrap();
+    click(&mut harness, "Export");
+    harness.state_mut().dialog.close();
+    harness.state_mut().dialog.toggle("", [1, 1], 1);
+    harness.run();
+    assert!(harness.query_by_label("Replace it").is_none() && harness.query_by_label("Export").is_some());
+}
+
+/// Removes a file and returns the arguments of the export that is then made without a question.
+fn exported_after_removing(harness: &mut Harness<'_, Bench>, file: &std::path::Path) -> Vec<String> {
+    std::fs::remove_file(file).unwrap();
+    exported(harness)
 }

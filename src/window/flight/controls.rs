@@ -160,6 +160,7 @@ impl Flight {
             Action::Escape if self.pause_path() => {
                 self.say(About::Edit, "The camera path is paused".to_owned(), TOAST / 2);
             }
+            Action::Escape if self.dismiss_ended() => {}
             Action::Escape => {
                 let released = self.input.release_mouse(&self.window);
                 if !released && self.escape_until.is_some_and(|until| Instant::now() < until) {

@@ -11,6 +11,7 @@ use crate::window::export::run::{End, Run};
 use crate::window::export::{Refusal, Request};
 use crate::window::inspector::Edit;
 use crate::window::toasts::About;
+use crate::window::works::Ended;
 
 /// Largest number of exports that run at once: each takes as much memory as a window.
 const MOST: usize = 2;
@@ -102,17 +103,30 @@ impl Flight {
             None => true,
         });
         for (output, end) in ended {
-            let has_failed = matches!(end, End::Failed(_));
-            let texts = report(&output, end);
-            texts.iter().for_each(|text| tracing::info!("{text}"));
-            // An export may take an hour: nobody watches a message that goes by itself.
-            if has_failed {
-                self.failures.extend(texts);
-            } else {
-                self.say(About::File, texts.join("\n"), 2 * TOAST);
-            }
+            let path = std::path::absolute(&output).map_or_else(|_| output.clone(), |path| path.display().to_string());
+            let ended = match end {
+                End::Cancelled => {
+                    self.say(About::File, format!("{}: cancelled", named(&output)), TOAST);
+                    continue;
+                }
+                End::Failed(text) => Ended { text, path: None, has_failed: true },
+                End::Written(messages) => {
+                    let texts: Vec<String> = std::iter::once(format!("Wrote {path}")).chain(messages).collect();
+                    Ended { text: texts.join("\n"), path: Some(path), has_failed: false }
+                }
+            };
+            ended.text.lines().for_each(|line| tracing::info!("{line}"));
+            self.ended.add(ended);
+            self.inspector_is_old = true;
         }
         has_news
+    }
+
+    /// Removes the messages of exports that have ended. Returns whether there was one.
+    pub(super) fn dismiss_ended(&mut self) -> bool {
+        let any = self.ended.dismiss_all();
+        self.inspector_is_old |= any;
+        any
     }
 
     /// Cancels the work of a row.
@@ -140,15 +154,5 @@ impl Flight {
         let edited = self.styles.documents().filter(|(_, document)| document.is_edited());
         let styles = edited.map(|(_, document)| StyleDocument::name(document).to_owned());
         styles.chain(self.paths.document.is_edited().then(|| self.path_name())).collect()
-    }
-}
-
-/// Returns the messages about an export that has ended.
-fn report(output: &str, end: End) -> Vec<String> {
-    let path = std::path::absolute(output).map_or_else(|_| output.to_owned(), |path| path.display().to_string());
-    match end {
-        End::Written(messages) => std::iter::once(format!("Wrote {path}")).chain(messages).collect(),
-        End::Failed(message) => vec![message],
-        End::Cancelled => vec![format!("{}: cancelled", named(output))],
     }
 }

@@ -11,12 +11,13 @@ use super::thumbnails::{Scene, Textures, Thumbnails};
 use super::{Choice, Gallery, families};
 use crate::gpu::{Gpu, Target};
 use crate::internals::read;
-use crate::studio::favourites::Favourites;
+use crate::studio::favourites::{COUNT, Favourites};
 use crate::style::families::Family;
 use crate::style::names;
 use crate::tests::common::draw::north_west;
 use crate::tests::common::{World, grid_of, rough_height_m};
 use crate::tiles::terrain::{Loading, Terrain, TerrainOptions};
+use crate::window::screen_reader::tests::{focusable, repeated, unnamed};
 use crate::window::settings::Styles;
 
 struct Bench {
@@ -75,6 +76,22 @@ fn a_click_chooses_and_a_menu_sets_favourites() {
     harness.get_by_label("Favourite 3").click();
     harness.run();
     assert_eq!(harness.state().choices[1..], [Choice::Favourite(place(&harness, "night"), Some(2))]);
+}
+
+#[test]
+fn every_widget_has_a_name_of_its_own() {
+    let mut harness = open();
+    let has_names = |harness: &Harness<'_, Bench>| {
+        assert!(unnamed(harness).is_empty(), "{:?}", unnamed(harness));
+        assert!(repeated(harness).is_empty(), "{:?}", repeated(harness));
+        focusable(harness).len()
+    };
+    // The cells and the button that closes.
+    assert_eq!(has_names(&harness), names().len() + 1);
+    harness.get_by_label("Style night").click_secondary();
+    harness.run();
+    // The favourites of the menu, and none.
+    assert_eq!(has_names(&harness), names().len() + 1 + COUNT + 1);
 }
 
 /// Counts the textures of a panel.

@@ -6,6 +6,7 @@ use super::values::is_menu_click;
 use super::{Edit, LABEL_WIDTH, named};
 use crate::studio::document::StyleDocument;
 use crate::style::controls::{Control, END};
+use crate::window::panel::hint;
 
 /// Width of a slider in points.
 const SLIDER_WIDTH: f32 = 150.0;
@@ -51,7 +52,7 @@ fn slider(ui: &mut Ui, document: &StyleDocument, control: Control, edits: &mut V
         if (restores || label.inner.double_clicked()) && before != 0 && without_effect.is_none() {
             edits.push(Edit::Control(control, 0));
         }
-        widget.on_hover_text(&help).on_disabled_hover_text(&help);
+        hint(widget, &help).on_disabled_hover_text(&help);
     });
     label.inner.on_hover_text(&help);
     let shown = if before == 0 { "0".to_owned() } else { format!("{before:+}").replace('-', "−") };

@@ -11,6 +11,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use super::{Edit, Inspector, apply};
 use crate::studio::document::StyleDocument;
 use crate::studio::rows::title;
+use crate::style::controls::Control;
 use crate::style::layers::layer_names;
 use crate::style::parameters::{Setting, find, parameters_of};
 use crate::style::{Style, names};
@@ -170,6 +171,51 @@ fn a_drag_of_a_slider_is_one_step() {
     harness.run();
     assert_eq!(harness.state().document.text(), before);
     assert_eq!(harness.state().document.step_names()[0], None);
+}
+
+/// Returns whether a text that contains `words` is shown: while the mouse is over a widget, while it drags there, and after
+/// it has moved again.
+fn is_shown<S>(harness: &mut Harness<'_, S>, rect: egui::Rect, words: &str) -> [bool; 3] {
+    let at = |part: f32| egui::pos2(rect.left() + part * rect.width(), rect.center().y);
+    let rest = |harness: &mut Harness<'_, S>| {
+        (0..6).for_each(|_| harness.step());
+        harness.query_all_by_label_contains(words).next().is_some()
+    };
+    harness.hover_at(at(0.3));
+    let before = rest(harness);
+    harness.drag_at(at(0.3));
+    harness.step();
+    for step in 4..=6 {
+        harness.hover_at(at(step as f32 / 10.0));
+        harness.step();
+    }
+    let during = rest(harness);
+    harness.drop_at(at(0.6));
+    rest(harness);
+    harness.hover_at(at(0.7));
+    [before, during, rest(harness)]
+}
+
+#[test]
+fn no_tooltip_covers_what_a_drag_changes() {
+    let mut harness = open("crosshatch");
+    let row = harness.state().document.row("light.wrap").unwrap();
+    for (name, words) in [("Light: Wrap", row.definition.help), ("Density", Control::Density.help())] {
+        let rect = harness.get_by_label(name).rect();
+        let words = words.lines().next().unwrap();
+        assert_eq!(is_shown(&mut harness, rect, words), [true, false, true], "{name}: {words}");
+        harness.hover_at(egui::pos2(1.0, 1.0));
+        harness.run();
+    }
+    // Planted: egui's own tooltips stay during a drag within the widget.
+    let mut value = 0.0;
+    let harness = Harness::builder().with_context_setup(crate::window::panel::set_up);
+    let mut harness =
+        harness.build_ui(|ui| _ = ui.add(egui::Slider::new(&mut value, 0.0..=1.0)).on_hover_text("words"));
+    harness.run();
+    let rect = harness.root().children_recursive().find(|node| node.accesskit_node().role() == Role::Slider);
+    let rect = rect.unwrap().rect();
+    assert_eq!(is_shown(&mut harness, rect, "words"), [true, true, true]);
 }
 
 #[test]
