@@ -45,8 +45,9 @@ impl Export {
 fn frames(pattern: &FramePattern) -> Vec<PathBuf> {
     let mut numbers = pattern.existing();
     numbers.sort_unstable();
+    numbers.dedup();
     numbers.truncate(MOST_FRAMES);
-    // A name may have other zeros than the pattern gives it.
+    // A file may have other zeros in its name than the pattern gives it.
     numbers.into_iter().map(|number| pattern.path(number)).filter(|path| is_there(path)).collect()
 }
 

@@ -201,7 +201,9 @@ fn no_tooltip_covers_what_a_drag_changes() {
     let mut harness = open("crosshatch");
     let row = harness.state().document.row("light.wrap").unwrap();
     for (name, words) in [("Light: Wrap", row.definition.help), ("Density", Control::Density.help())] {
-        let rect = harness.get_by_label(name).rect();
+        let widgets = || harness.query_all_by_label(name);
+        let slider = widgets().find(|node| node.accesskit_node().role() == Role::Slider);
+        let rect = slider.unwrap().rect();
         let words = words.lines().next().unwrap();
         assert_eq!(is_shown(&mut harness, rect, words), [true, false, true], "{name}: {words}");
         harness.hover_at(egui::pos2(1.0, 1.0));
