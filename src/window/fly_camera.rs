@@ -120,7 +120,7 @@ impl FlyCamera {
         let position_m = start.position_m;
         let height_m = (position_m.z - ground_m(position_m.truncate())).abs();
         let across_m = extent_m[0].hypot(extent_m[1]);
-        let scale = (across_m / LAND_EXTENT_M).min(1.0).max(LEAST_SCALE);
+        let scale = (across_m / LAND_EXTENT_M).clamp(LEAST_SCALE, 1.0);
         let mut camera = Self {
             position_m,
             yaw_deg: start.yaw_deg.rem_euclid(360.0),

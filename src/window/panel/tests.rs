@@ -170,7 +170,7 @@ fn sliders_leave_values_that_nobody_moves() {
     bench.settings.sun = Sun { azimuth_deg: 134.44, elevation_deg: 25.67 };
     bench.settings.haze_m = 735.55;
     bench.settings.lod_error_px = 37.123;
-    bench.settings.pair = Pair { ipd_m: 0.063_456_7, convergence_m: Some(1234.5678), ..bench.settings.pair };
+    bench.settings.pair = Pair { ipd_m: 0.063_456_7, convergence_m: Some(1234.5678) };
     let focus = SceneFocus { place_m: glam::DVec2::ONE, height_m: None, radius_m: 5.4321, strength: 0.123_456 };
     bench.settings.focus = Some(focus);
     (bench.camera.speed_factor, bench.camera.clearance_m, bench.camera.fov_deg) = (1.234_567, 1234.567, 2.3456);
