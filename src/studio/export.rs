@@ -16,7 +16,7 @@ use std::path::Path;
 use crate::file::unnamed;
 use crate::gpu::device::AdapterWish;
 use crate::picture::imprint::Imprint;
-use crate::studio::arrivals::at_home;
+use crate::studio::file_kind::expand_home;
 use crate::style::set::SetValue;
 
 /// The kind of an export: each has its own options.
@@ -199,7 +199,7 @@ impl Export {
 
     /// Returns the output with the user's folder in place of `~`.
     pub(crate) fn output_path(&self) -> String {
-        at_home(&self.output)
+        expand_home(&self.output)
     }
 
     /// Returns why the export cannot run, in one line. What only `render` knows is reported by it.

@@ -67,7 +67,7 @@ impl Recent {
 }
 
 /// Returns whether a name is an address, or that of a built-in scene or camera path, instead of the path of a file.
-pub(crate) fn is_no_path(name: &str) -> bool {
+pub(crate) fn names_no_file(name: &str) -> bool {
     name.contains("://") || embedded::scene(name).is_some() || embedded::path(Path::new(name)).is_some()
 }
 
@@ -80,7 +80,7 @@ pub(crate) fn kept(name: &str) -> Option<String> {
 
 /// Returns a name that does not depend on the current folder.
 pub(super) fn lasting(name: &str) -> String {
-    match is_no_path(name) {
+    match names_no_file(name) {
         true => name.to_owned(),
         false => std::path::absolute(name).map_or_else(|_| name.to_owned(), |path| path.display().to_string()),
     }
@@ -96,7 +96,7 @@ pub(crate) fn with_seed(world: String, seed: Option<u32>) -> String {
 
 /// Returns why a file cannot be opened.
 fn missing(name: &str) -> Option<String> {
-    if is_no_path(name) {
+    if names_no_file(name) {
         return None;
     }
     let error = std::fs::metadata(name).err()?;

@@ -22,7 +22,7 @@ const COLUMNS: [f32; 2] = [238.0, 250.0];
 /// Distance from the border of the window in points.
 const MARGIN: f32 = 16.0;
 
-/// What the dialog says about a path that is not saved.
+/// The message about a path that is not saved.
 const COPY: &str = "The camera path has edits that are not saved. The film is drawn from a copy in hachure's cache; save \
                     the path to draw the film again later.";
 

@@ -88,7 +88,7 @@ use crate::tiles::terrain::Prepared;
 /// Duration of the first step after a rest.
 const FIRST_STEP_S: f64 = 1.0 / 60.0;
 /// Delay after the last picture until the panel is painted once more: GPU times arrive late.
-const LATE_FACTS: Duration = Duration::from_millis(150);
+const PANEL_REPAINT: Duration = Duration::from_millis(150);
 
 /// The next step of the program after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,10 +110,10 @@ pub(super) struct Flight {
     screen: Screen,
     renderer: Option<Renderer>,
     /// The renderer of another land, whose picture is shown until the first one of this land is drawn.
-    former: Option<Renderer>,
+    previous_renderer: Option<Renderer>,
     world: FlightWorld,
     /// The world that is being opened.
-    opening: Option<OtherWorld>,
+    world_being_opened: Option<OtherWorld>,
     gpu: Gpu,
     window: Arc<Window>,
     adapter: String,
@@ -125,9 +125,9 @@ pub(super) struct Flight {
     light_panel: LightPanel,
     land_panel: LandPanel,
     /// The land with another exaggeration or other trees, while it is being read.
-    reopening: Option<Reopening>,
+    land_being_read: Option<Reopening>,
     /// The camera path that is being read.
-    reading: Option<Reading>,
+    path_being_read: Option<Reading>,
     paths: Paths,
     /// The camera path that is read when the world that is being opened is there.
     path_of_opening: Option<String>,
@@ -140,7 +140,7 @@ pub(super) struct Flight {
     /// The edited values of a style, by the style and its revision.
     set_values: Option<exports::KnownValues>,
     /// The GPU that was asked for.
-    wish: AdapterWish,
+    adapter_choice: AdapterWish,
     browser: Browser,
     recent: Recent,
     /// Keys that were pressed after a click that the panels have not seen yet, and what came after them.
@@ -185,24 +185,24 @@ pub(super) struct Flight {
     /// Errors in files of styles that have changed, by the index of the style.
     file_errors: BTreeMap<usize, String>,
     /// The styles whose edits of an earlier run have been looked for.
-    offered: BTreeSet<usize>,
-    /// Whether the style has changed since the inspector was laid out.
-    inspector_is_old: bool,
+    unsaved_offered: BTreeSet<usize>,
+    /// Whether the panels must be laid out again in another frame: something has changed since this frame laid them out.
+    needs_relayout: bool,
     /// Whether the user has been warned of edits that are not saved, and wants to leave.
-    leaves: bool,
+    has_warned_of_leaving: bool,
     toasts: Toasts,
     escape_until: Option<Instant>,
     hidden: bool,
     /// Whether the picture on the screen is out of date.
     stale: bool,
     /// Start of the previous frame, while frames follow each other.
-    flowing_since: Option<Instant>,
-    late_facts_at: Option<Instant>,
+    animating_since: Option<Instant>,
+    panel_repaint_at: Option<Instant>,
     next_gamepads: Instant,
     next_built: Instant,
     next_shaders: Instant,
     /// How many styles of the list have had their pipelines requested before anybody chose them.
-    spares_of: usize,
+    prewarmed_styles: usize,
     frames_left: Option<u64>,
     /// Start of the flight, the zero of time for wind.
     begun: Instant,
@@ -264,9 +264,9 @@ impl Flight {
             overlay,
             screen,
             renderer: None,
-            former: None,
-            opening: None,
-            reading: None,
+            previous_renderer: None,
+            world_being_opened: None,
+            path_being_read: None,
             paths: Paths::of_world(&world),
             path_of_opening: None,
             open_dialog: OpenDialog::default(),
@@ -274,7 +274,7 @@ impl Flight {
             exports: Vec::new(),
             ended: works::EndedWorks::default(),
             set_values: None,
-            wish: options.adapter.clone(),
+            adapter_choice: options.adapter.clone(),
             browser: Browser::default(),
             recent: Recent::open(),
             delayed: Vec::new(),
@@ -286,7 +286,7 @@ impl Flight {
             start,
             light_panel: LightPanel::new(earth),
             land_panel: world.land_panel(),
-            reopening: None,
+            land_being_read: None,
             proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
             layer_picking: LayerPicking::new(),
@@ -314,19 +314,19 @@ impl Flight {
             watch,
             watched: Vec::new(),
             file_errors: BTreeMap::new(),
-            offered: BTreeSet::new(),
-            inspector_is_old: false,
-            leaves: false,
+            unsaved_offered: BTreeSet::new(),
+            needs_relayout: false,
+            has_warned_of_leaving: false,
             toasts: Toasts::default(),
             escape_until: None,
             hidden: false,
             stale: true,
-            flowing_since: None,
-            late_facts_at: None,
+            animating_since: None,
+            panel_repaint_at: None,
             next_gamepads: Instant::now(),
             next_built: Instant::now(),
             next_shaders: Instant::now(),
-            spares_of: 0,
+            prewarmed_styles: 0,
             frames_left: options.frames,
             begun: Instant::now(),
             world,
@@ -358,12 +358,12 @@ impl Flight {
             Acquired::Frame(surface) => surface,
             Acquired::Soon => return Ok(if self.hidden { Next::Sleep } else { Next::Frame }),
             Acquired::Hidden => {
-                self.flowing_since = None;
+                self.animating_since = None;
                 return Ok(Next::Sleep);
             }
         };
         let now = Instant::now();
-        let since = self.flowing_since.replace(now);
+        let since = self.animating_since.replace(now);
         let step_s = since.map_or(FIRST_STEP_S, |since| (now - since).as_secs_f64());
         let deg_per_px = self.camera.fov_deg / f64::from(self.screen.size_px()[1]);
         let input = self.input.take(deg_per_px, now, step_s);
@@ -409,14 +409,14 @@ impl Flight {
             && !self.paths.player.is_playing()
             && self.frames_left.is_none();
         let flows = !is_still || self.stale;
-        self.late_facts_at = (rendered && !flows).then_some(now + LATE_FACTS);
+        self.panel_repaint_at = (rendered && !flows).then_some(now + PANEL_REPAINT);
         if !flows {
-            self.flowing_since = None;
+            self.animating_since = None;
         }
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now())
-            || std::mem::take(&mut self.inspector_is_old);
+            || std::mem::take(&mut self.needs_relayout);
         // A shader may fail when it is first used.
-        let has_news = self.show_shader_errors() | self.fill_gallery(is_still)?;
+        let has_news = self.update_lasting_messages() | self.fill_gallery(is_still)?;
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
     }
 
@@ -456,8 +456,8 @@ impl Flight {
 
     /// Lays out the panel and carries out what its buttons request.
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
-        let has_picture =
-            self.former.is_some() || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
+        let has_picture = self.previous_renderer.is_some()
+            || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
         let view = self.export_dialog.is_open().then(|| self.shown_view());
         let panels = [Pane::Style, Pane::Inside, Pane::Cost, Pane::Path].map(|pane| (pane, self.dock.is_shown(pane)));
         let prepared = &self.last.prepared;
@@ -500,7 +500,8 @@ impl Flight {
         let mut choices = Vec::new();
         let (mut opens, mut cancelled) = (None, None);
         let exports = self.exports.iter().map(|run| &*run.work);
-        let works: Vec<&works::Work> = self.opening.iter().map(|opening| &*opening.work).chain(exports).collect();
+        let works: Vec<&works::Work> =
+            self.world_being_opened.iter().map(|opening| &*opening.work).chain(exports).collect();
         let window_px = self.settings.eye_px(self.screen.size_px());
         let mut divided = self.divided.as_ref().map(|divided| (divided.divider, divided.is_ready()));
         let mut exported = None;
@@ -572,7 +573,7 @@ impl Flight {
             Some(works::Request::Cancel(row)) => self.on_cancel(row),
             Some(works::Request::Dismiss(row)) => {
                 self.ended.dismiss(row);
-                self.inspector_is_old = true;
+                self.needs_relayout = true;
             }
             Some(works::Request::Copied) => self.say(About::Edit, "Copied the path".to_owned(), TOAST / 2),
             None => {}
@@ -590,11 +591,11 @@ impl Flight {
         }
         if let Some(pane) = requests.toggled {
             self.dock.toggle(pane);
-            self.inspector_is_old = true;
+            self.needs_relayout = true;
         }
         if requests.gallery {
             self.toggle_gallery();
-            self.inspector_is_old = true;
+            self.needs_relayout = true;
         }
         if requests.divider {
             self.toggle_divider();
@@ -672,9 +673,9 @@ impl Flight {
         let mut encoder =
             self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
         if self.shows_chosen_style() {
-            self.former = None;
+            self.previous_renderer = None;
         }
-        let shown = self.former.as_ref().or(self.renderer.as_ref());
+        let shown = self.previous_renderer.as_ref().or(self.renderer.as_ref());
         let eye = |eye: usize| shown.and_then(|renderer| renderer.eye_target(eye, &PICTURE));
         let left = self.divided.as_ref().and_then(|divided| Some((divided, divided.drawn()?.eye_target(0, &PICTURE)?)));
         let shown = match (self.settings.eyes, eye(0), eye(1)) {

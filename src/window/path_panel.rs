@@ -80,7 +80,7 @@ pub(super) enum Edit {
     Redo,
 }
 
-/// What the panel shows.
+/// The contents of the panel.
 #[derive(Clone, Copy)]
 pub(super) struct Shown<'a> {
     pub document: &'a PathDocument,

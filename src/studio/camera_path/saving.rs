@@ -8,7 +8,7 @@ use crate::file::atomic;
 use crate::file::cache_folder;
 use crate::file::input::{LARGEST_PATH_BYTES, read_text};
 use crate::file::{FileError, message::named};
-use crate::studio::arrivals::at_home;
+use crate::studio::file_kind::expand_home;
 use crate::studio::unsaved::{Unsaved, lasting};
 
 /// Folder in hachure's cache for copies of paths that are not saved.
@@ -79,7 +79,7 @@ impl PathDocument {
         if name.is_empty() || name.ends_with(['/', '\\']) {
             return Err(SaveError::NoName);
         }
-        let mut path = PathBuf::from(at_home(name));
+        let mut path = PathBuf::from(expand_home(name));
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("csv")) {
             path.as_mut_os_string().push(".csv");
         }

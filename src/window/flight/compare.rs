@@ -78,7 +78,7 @@ impl Flight {
 
     /// Shows the divider between two styles, or removes it.
     pub(super) fn toggle_divider(&mut self) {
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         self.stale = true;
         if self.divided.take().is_some() {
             return;
@@ -104,7 +104,7 @@ impl Flight {
         match divider {
             Some(divider) => {
                 self.stale |= divided.divider.left != divider.left;
-                self.inspector_is_old |= divided.divider != divider;
+                self.needs_relayout |= divided.divider != divider;
                 divided.divider = divider;
             }
             None => self.toggle_divider(),

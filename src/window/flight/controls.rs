@@ -89,7 +89,7 @@ impl Flight {
             }
         }
         self.delayed = events.collect();
-        self.inspector_is_old |= next == Next::Frame;
+        self.needs_relayout |= next == Next::Frame;
         Ok(next)
     }
 
@@ -197,8 +197,17 @@ impl Flight {
         let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
         let readbacks = [self.layer_picking.due_at(), self.viewer.is_waiting().then_some(self.viewer.next_check)];
         let readback = readbacks.into_iter().flatten().min();
-        let due =
-            [self.overlay.repaint_at(), self.late_facts_at, toast, gamepads, built, shaders, place, gallery, readback];
+        let due = [
+            self.overlay.repaint_at(),
+            self.panel_repaint_at,
+            toast,
+            gamepads,
+            built,
+            shaders,
+            place,
+            gallery,
+            readback,
+        ];
         due.into_iter().flatten().min()
     }
 
@@ -239,7 +248,7 @@ impl Flight {
             return Next::Frame;
         }
         let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
-        let due = [self.overlay.repaint_at(), self.late_facts_at, self.toasts.next_end(), gallery]
+        let due = [self.overlay.repaint_at(), self.panel_repaint_at, self.toasts.next_end(), gallery]
             .into_iter()
             .flatten()
             .any(|at| at <= now);
@@ -272,13 +281,13 @@ impl Flight {
             self.stale |= was_building && !renderer.is_building(&self.gpu);
         }
         self.request_spares(now);
-        self.show_shader_errors();
+        self.update_lasting_messages();
     }
 
     /// Returns whether the pipelines of a style that is not shown are to be requested. Those of the chosen style come
     /// first.
     fn wants_spares(&self) -> bool {
-        self.spares_of < self.styles.list().len() && self.shows_chosen_style()
+        self.prewarmed_styles < self.styles.list().len() && self.shows_chosen_style()
     }
 
     /// Requests the pipelines of the next style of the panel, so that it is shown at once when it is chosen.
@@ -287,8 +296,8 @@ impl Flight {
         if !self.wants_spares() || !self.renderer.as_ref().is_some_and(is_ready) {
             return;
         }
-        let style = self.styles.list()[self.spares_of].clone();
-        self.spares_of += 1;
+        let style = self.styles.list()[self.prewarmed_styles].clone();
+        self.prewarmed_styles += 1;
         self.next_built = now;
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let pose = self.camera.pose();
@@ -302,13 +311,14 @@ impl Flight {
         }
     }
 
-    /// Shows the errors of watched shaders. Returns whether they differ from before.
-    pub(super) fn show_shader_errors(&mut self) -> bool {
+    /// Updates the messages that stay as long as their cause: errors in shaders and style files, and work that goes on.
+    /// Returns whether they differ from before.
+    pub(super) fn update_lasting_messages(&mut self) -> bool {
         let of_shaders = self.gpu.pipelines().shader_errors();
         let of_shaders = of_shaders.iter().map(ToString::to_string);
         let draws = (self.pictures.open() > 0).then(|| "Drawing the picture for a file…".to_owned());
-        let path = self.reading.is_some().then(|| "Reading the camera path…".to_owned());
-        let reads = self.reopening.as_ref().map(|land| format!("Reading the land, heights × {}…", land.factor));
+        let path = self.path_being_read.is_some().then(|| "Reading the camera path…".to_owned());
+        let reads = self.land_being_read.as_ref().map(|land| format!("Reading the land, heights × {}…", land.factor));
         self.toasts.set_lasting(
             of_shaders.chain(self.file_errors.values().cloned()).chain(draws).chain(reads).chain(path).collect(),
         )
@@ -328,7 +338,7 @@ impl Flight {
         if !self.pictures.take(shot) {
             self.say(About::File, "Several pictures are being drawn; press F12 again later".to_owned(), TOAST);
         }
-        self.show_shader_errors();
+        self.update_lasting_messages();
     }
 
     /// Reports the pictures that are finished. Returns whether there were any.

@@ -16,7 +16,7 @@ impl Flight {
     pub(super) fn open_document(&mut self) {
         let style = self.settings.style;
         match self.styles.open(style) {
-            Ok(_) if self.offered.insert(style) => {
+            Ok(_) if self.unsaved_offered.insert(style) => {
                 if let Some(document) = self.styles.document(style)
                     && let Some(text) = self.unsaved.find(document)
                 {
@@ -60,8 +60,8 @@ impl Flight {
     fn document_changed(&mut self, style: usize) {
         self.styles.refresh(style);
         self.stale |= style == self.settings.style;
-        self.leaves = false;
-        self.inspector_is_old = true;
+        self.has_warned_of_leaving = false;
+        self.needs_relayout = true;
         if let Some(document) = self.styles.document(style) {
             self.unsaved.keep(document);
         }
@@ -74,7 +74,7 @@ impl Flight {
             return error.to_string();
         }
         self.unsaved.keep(document);
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         format!("Wrote {}", document.name())
     }
 
@@ -91,7 +91,7 @@ impl Flight {
         }
         self.document_changed(style);
         let new = self.styles.add(saved);
-        self.offered.insert(new);
+        self.unsaved_offered.insert(new);
         self.settings.style = new;
         self.document_changed(new);
         text
@@ -158,7 +158,7 @@ impl Flight {
             | self.take_exports();
         let next = self.on_files_changed();
         if has_news {
-            self.show_shader_errors();
+            self.update_lasting_messages();
             return Next::Frame;
         }
         next
@@ -188,7 +188,7 @@ impl Flight {
                 Err(error) => _ = self.file_errors.insert(style, error.to_string()),
             }
         }
-        self.show_shader_errors();
+        self.update_lasting_messages();
         Next::Frame
     }
 
@@ -196,11 +196,11 @@ impl Flight {
     /// once.
     pub(super) fn may_leave(&mut self, how: &str) -> bool {
         let names = self.edited_names();
-        if self.leaves || names.is_empty() && self.exports.is_empty() {
+        if self.has_warned_of_leaving || names.is_empty() && self.exports.is_empty() {
             return true;
         }
         if names.is_empty() {
-            self.leaves = true;
+            self.has_warned_of_leaving = true;
             let text = format!("An export is running. To leave and cancel it, {how}.");
             self.say(About::Quitting, text, TOAST);
             return false;
@@ -210,7 +210,7 @@ impl Flight {
             "Edits are not saved: {}. To leave without saving, {how}; the next start offers them.{cancels}",
             names.join(", ")
         );
-        self.leaves = true;
+        self.has_warned_of_leaving = true;
         self.say(About::Quitting, text, TOAST);
         false
     }

@@ -47,7 +47,7 @@ impl Flight {
             style: self.styles.name(style).to_owned(),
             set: set.unwrap_or_default(),
             trusts_scene: self.reach == crate::scene::reach::Reach::Anywhere,
-            adapter: self.wish.clone(),
+            adapter: self.adapter_choice.clone(),
         };
         (view, refusal)
     }
@@ -70,7 +70,7 @@ impl Flight {
 
     /// Carries out what the user asks for in the dialog.
     pub(super) fn on_export_request(&mut self, request: Request) {
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         match request {
             Request::SaveStyle => self.save_or_ask(),
             Request::ShowLayers => self.apply(vec![Edit::ShowAll], self.settings.style),
@@ -83,7 +83,7 @@ impl Flight {
             Request::Run(arguments, output) => match std::env::current_exe() {
                 Ok(program) => {
                     let proxy = self.proxy.clone();
-                    self.leaves = false;
+                    self.has_warned_of_leaving = false;
                     self.exports.push(Run::start(&program, &arguments, &output, move || _ = proxy.send_event(())));
                 }
                 Err(error) => self.say(About::File, format!("cannot find the program of hachure: {error}"), TOAST),
@@ -117,7 +117,7 @@ impl Flight {
             };
             ended.text.lines().for_each(|line| tracing::info!("{line}"));
             self.ended.add(ended);
-            self.inspector_is_old = true;
+            self.needs_relayout = true;
         }
         has_news
     }
@@ -125,13 +125,13 @@ impl Flight {
     /// Removes the messages of exports that have ended. Returns whether there was one.
     pub(super) fn dismiss_ended(&mut self) -> bool {
         let any = self.ended.dismiss_all();
-        self.inspector_is_old |= any;
+        self.needs_relayout |= any;
         any
     }
 
     /// Cancels the work of a row.
     pub(super) fn on_cancel(&mut self, row: usize) {
-        let of_world = usize::from(self.opening.is_some());
+        let of_world = usize::from(self.world_being_opened.is_some());
         if row < of_world {
             return self.cancel_opening();
         }

@@ -68,7 +68,7 @@ impl Flight {
             (Ok(()), None) => format!("{name} is no favourite"),
         };
         self.say(About::Style, text, TOAST);
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
     }
 
     /// Draws thumbnails of the gallery while the camera is at rest, and takes the styles that its folder has. Returns

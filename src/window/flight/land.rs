@@ -24,7 +24,7 @@ impl Flight {
         self.world.surfaces.set_sea_level(self.settings.sea_level_m.map(|level_m| level_m * present));
         let Settings { exaggeration: wanted, tree_seed, .. } = self.settings;
         let is_alike = wanted == present && tree_seed == self.world.tree_seed();
-        if self.reopening.is_some() || is_alike || self.overlay.is_dragging() || self.overlay.is_typing() {
+        if self.land_being_read.is_some() || is_alike || self.overlay.is_dragging() || self.overlay.is_typing() {
             return;
         }
         let own = self.world.lasting.own_forest.as_ref();
@@ -51,15 +51,15 @@ impl Flight {
             light: self.light(),
         };
         let proxy = self.proxy.clone();
-        self.reopening = Some(Reopening::start(request, move || _ = proxy.send_event(())));
-        self.show_shader_errors();
+        self.land_being_read = Some(Reopening::start(request, move || _ = proxy.send_event(())));
+        self.update_lasting_messages();
     }
 
     /// Shows the land with another exaggeration, or other trees, if it has been read. Returns whether something has
     /// changed.
     pub(super) fn take_reopened(&mut self) -> bool {
-        let Some(done) = self.reopening.as_ref().and_then(Reopening::take) else { return false };
-        let Some(Reopening { factor, forest, .. }) = self.reopening.take() else { return false };
+        let Some(done) = self.land_being_read.as_ref().and_then(Reopening::take) else { return false };
+        let Some(Reopening { factor, forest, .. }) = self.land_being_read.take() else { return false };
         match done {
             Ok(surfaces) => {
                 let ratio = factor / self.world.surfaces.exaggeration();
@@ -85,7 +85,7 @@ impl Flight {
                 self.say(About::Edit, error, TOAST);
             }
         }
-        self.show_shader_errors();
+        self.update_lasting_messages();
         true
     }
 

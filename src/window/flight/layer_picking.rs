@@ -118,7 +118,7 @@ impl Flight {
         let was_closed = !self.dock.is_shown(Pane::Style);
         self.dock.set_shown(Pane::Style, true);
         self.inspector.select(key.clone());
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         if was_closed {
             let title = crate::studio::rows::title(&key);
             let text = match part {

@@ -304,7 +304,7 @@ impl Flight {
     /// Flies to coordinates that were typed.
     pub(super) fn go_to(&mut self, text: &str) {
         // This frame was laid out before.
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         match self.goal(text) {
             Ok(stand) => {
                 self.camera.glide_to(stand);

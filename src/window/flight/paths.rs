@@ -74,7 +74,7 @@ impl Flight {
     /// Carries out what the user asks for in the panel of the path.
     pub(super) fn on_path_requests(&mut self, requests: Vec<Request>) {
         // This frame was laid out before.
-        self.inspector_is_old |= !requests.is_empty();
+        self.needs_relayout |= !requests.is_empty();
         for request in requests {
             self.on_path_request(request);
         }
@@ -135,8 +135,8 @@ impl Flight {
             self.say(About::Edit, format!("Added key frame {keys} (V shows the camera path)"), TOAST / 2);
         }
         self.say_error(done);
-        self.leaves = false;
-        self.inspector_is_old = true;
+        self.has_warned_of_leaving = false;
+        self.needs_relayout = true;
         let [first_s, last_s] = self.paths.document.span_s();
         self.paths.player.playhead_s = self.paths.player.playhead_s.clamp(first_s, last_s);
         if !matches!(edit, Edit::Release) {
@@ -180,14 +180,14 @@ impl Flight {
         let moves = self.paths.player.advance(now, self.paths.document.span_s());
         if moves {
             self.seek(self.paths.player.playhead_s);
-            self.inspector_is_old |= !self.paths.player.is_playing();
+            self.needs_relayout |= !self.paths.player.is_playing();
         }
         moves
     }
 
     /// Pauses the path. Returns whether it was played.
     pub(super) fn pause_path(&mut self) -> bool {
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         self.paths.player.pause()
     }
 
@@ -270,7 +270,7 @@ impl Flight {
     /// Opens the field for the name of a new file.
     pub(super) fn ask_for_path_name(&mut self) {
         self.paths.panel.ask_for_name("path.csv");
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
     }
 
     fn save_path_as(&mut self, name: &str) {

@@ -26,7 +26,7 @@ impl Flight {
     pub(super) fn request_viewed_picture(&mut self) {
         if !self.dock.is_shown(Pane::Inside) && self.viewer.selected().is_some() {
             self.viewer.close();
-            self.inspector_is_old = true;
+            self.needs_relayout = true;
         }
         let Some(selected) = self.viewer.selected() else { return };
         let (Some(renderer), eye) = (&self.renderer, self.viewed_eye()) else { return };
@@ -52,7 +52,7 @@ impl Flight {
     /// Ends the sentences of the first start.
     pub(super) fn end_welcome(&mut self) {
         self.welcomes = false;
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         self.remembered.is_welcomed = true;
         if let Err(error) = self.remembered.keep() {
             tracing::warn!("{error}");

@@ -11,8 +11,8 @@ use crate::file::message::named;
 use crate::picture::imprint::More;
 use crate::scene::overrides::Overrides;
 use crate::source::EarthPlace;
-use crate::studio::arrivals::{Arrival, arrival, at_home};
 use crate::studio::document::StyleDocument;
+use crate::studio::file_kind::{FileKind, expand_home, file_kind};
 use crate::tiles::terrain::{Prepared, TerrainOptions};
 use crate::window::FlightWorld;
 use crate::window::browse::{self, Chosen};
@@ -38,9 +38,9 @@ impl Flight {
     /// Carries out what the user asks for in the dialog.
     pub(super) fn on_open_request(&mut self, request: Request) {
         // This frame was laid out before.
-        self.inspector_is_old = true;
+        self.needs_relayout = true;
         match request {
-            Request::Open(name) => self.open_named(&at_home(&name)),
+            Request::Open(name) => self.open_named(&expand_home(&name)),
             Request::BuiltIn => self.open_world(None),
             Request::Browse(wanted) => self.browse(wanted),
         }
@@ -74,7 +74,7 @@ impl Flight {
     pub(super) fn open_dropped(&mut self) {
         let paths: Vec<PathBuf> = std::mem::take(&mut self.dropped);
         let named: Vec<String> = paths.iter().map(|path| path.to_string_lossy().into_owned()).collect();
-        match chosen_of_drop(&named, arrival) {
+        match chosen_of_drop(&named, file_kind) {
             Ok(names) => names.iter().for_each(|name| self.open_named(name)),
             Err(error) => self.cannot_open(error),
         }
@@ -82,11 +82,11 @@ impl Flight {
 
     /// Opens a file, an address, or what is built in under this name.
     pub(super) fn open_named(&mut self, name: &str) {
-        match arrival(name) {
-            Arrival::World => self.open_world(Some(name)),
-            Arrival::Style => self.open_style(name),
-            Arrival::Path => self.open_path(name),
-            Arrival::Refused(cause) => self.cannot_open(cause),
+        match file_kind(name) {
+            FileKind::World => self.open_world(Some(name)),
+            FileKind::Style => self.open_style(name),
+            FileKind::CameraPath => self.open_path(name),
+            FileKind::Refused(cause) => self.cannot_open(cause),
         }
     }
 
@@ -117,7 +117,7 @@ impl Flight {
         let Some(seed) = self.settings.world_seed.filter(|seed| self.world.scene.world.seed() != Some(*seed)) else {
             return;
         };
-        let is_begun = self.opening.as_ref().is_some_and(|opening| opening.seed == Some(seed));
+        let is_begun = self.world_being_opened.as_ref().is_some_and(|opening| opening.seed == Some(seed));
         if is_begun || self.overlay.is_dragging() || self.overlay.is_typing() {
             return;
         }
@@ -132,7 +132,7 @@ impl Flight {
     }
 
     fn begin_to_open(&mut self, name: Option<&str>, overrides: Overrides, exaggeration: Option<f64>) {
-        if let Some(before) = self.opening.take() {
+        if let Some(before) = self.world_being_opened.take() {
             before.work.cancel();
             self.path_of_opening = None;
         }
@@ -149,7 +149,7 @@ impl Flight {
             style: self.style().clone(),
         };
         let proxy = self.proxy.clone();
-        self.opening = Some(OtherWorld::start(wanted, move || _ = proxy.send_event(())));
+        self.world_being_opened = Some(OtherWorld::start(wanted, move || _ = proxy.send_event(())));
     }
 
     fn terrain_options(&self) -> &TerrainOptions {
@@ -158,22 +158,22 @@ impl Flight {
 
     /// Cancels the opening of another world.
     pub(super) fn cancel_opening(&mut self) {
-        if let Some(opening) = self.opening.take() {
+        if let Some(opening) = self.world_being_opened.take() {
             opening.work.cancel();
             self.path_of_opening = None;
             self.settings.world_seed = self.world.scene.world.seed();
-            self.inspector_is_old = true;
+            self.needs_relayout = true;
             self.say(About::File, format!("{}: cancelled", opening.work.title), TOAST);
         }
     }
 
     /// Shows the world that was opened, or why it could not be. Returns whether there is news.
     pub(super) fn take_opened(&mut self) -> bool {
-        let Some(opening) = &self.opening else { return false };
+        let Some(opening) = &self.world_being_opened else { return false };
         let Some(done) = opening.take() else {
             return true;
         };
-        let Some(OtherWorld { name, seed, .. }) = self.opening.take() else { return false };
+        let Some(OtherWorld { name, seed, .. }) = self.world_being_opened.take() else { return false };
         match done {
             Ok(world) => {
                 if !name.is_empty() && seed.is_none() {
@@ -204,7 +204,7 @@ impl Flight {
         self.navigation = Navigation::new(Places::of(terrain));
         self.layer_picking.cancel();
         self.export_dialog.forget();
-        (self.reopening, self.reading) = (None, None);
+        (self.land_being_read, self.path_being_read) = (None, None);
         self.leave_path();
         let of_this_world = self.path_of_opening.take();
         if !is_same {
@@ -232,7 +232,7 @@ impl Flight {
     /// Begins with a new renderer, because the history is of another land. The last picture stays until the first one is
     /// drawn.
     pub(super) fn begin_again(&mut self) {
-        self.former = self.renderer.take().or(self.former.take());
+        self.previous_renderer = self.renderer.take().or(self.previous_renderer.take());
         self.divided.iter_mut().for_each(Compared::begin_again);
         self.stale = true;
     }
@@ -259,7 +259,7 @@ impl Flight {
 
     /// Begins to read a camera path. While another world is being opened, the path is meant for that world and waits.
     pub(super) fn open_path(&mut self, name: &str) {
-        if self.opening.is_some() {
+        if self.world_being_opened.is_some() {
             self.path_of_opening = Some(name.to_owned());
             return;
         }
@@ -270,13 +270,13 @@ impl Flight {
             ground: self.world.surfaces.terrain.ground_heights(),
         };
         let proxy = self.proxy.clone();
-        self.reading = Some(Reading::start(wanted, move || _ = proxy.send_event(())));
+        self.path_being_read = Some(Reading::start(wanted, move || _ = proxy.send_event(())));
     }
 
     /// Flies a path that was read. Returns whether there is news.
     pub(super) fn take_path(&mut self) -> bool {
-        let Some(done) = self.reading.as_ref().and_then(Reading::take) else { return false };
-        self.reading = None;
+        let Some(done) = self.path_being_read.as_ref().and_then(Reading::take) else { return false };
+        self.path_being_read = None;
         match done {
             Ok(path_flight::Read { name, document, warning }) => {
                 self.note_opened(&name.to_string_lossy());
@@ -303,8 +303,9 @@ fn dropped(event: &WindowEvent) -> Option<&Path> {
 ///
 /// # Errors
 /// One line that says so.
-fn chosen_of_drop(names: &[String], kind_of: impl Fn(&str) -> Arrival) -> Result<Vec<String>, String> {
-    let (worlds, others): (Vec<&String>, Vec<&String>) = names.iter().partition(|name| kind_of(name) == Arrival::World);
+fn chosen_of_drop(names: &[String], kind_of: impl Fn(&str) -> FileKind) -> Result<Vec<String>, String> {
+    let (worlds, others): (Vec<&String>, Vec<&String>) =
+        names.iter().partition(|name| kind_of(name) == FileKind::World);
     if worlds.len() > 1 {
         let [first, last] = [worlds[0], worlds[worlds.len() - 1]].map(named);
         return Err(format!(
@@ -333,8 +334,8 @@ mod tests {
     #[test]
     fn several_height_files_are_dropped_as_a_folder() {
         let kind_of = |name: &str| match name.rsplit_once('.') {
-            Some((_, "toml")) => Arrival::Style,
-            _ => Arrival::World,
+            Some((_, "toml")) => FileKind::Style,
+            _ => FileKind::World,
         };
         let drop =
             |names: &[&str]| chosen_of_drop(&names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>(), kind_of);

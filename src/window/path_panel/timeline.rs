@@ -16,7 +16,7 @@ const DIAMOND: f32 = 6.0;
 const LABELS: f32 = 52.0;
 /// More keys than this are drawn as lines, and are selected in the list.
 const MOST_DIAMONDS: usize = 500;
-/// What an arrow key moves the playhead by, in seconds.
+/// Step of the playhead for an arrow key, in seconds.
 const STEP_S: f64 = 0.1;
 
 /// The state of the time line.

@@ -1,8 +1,8 @@
-//! What a file is that is dropped on the window or chosen in its dialog.
+//! Classification of files that are dropped on the window or chosen in its dialog.
 
 use std::path::Path;
 
-use super::recent::is_no_path;
+use super::recent::names_no_file;
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::{toml_text, unnamed};
 use crate::scene::embedded;
@@ -10,35 +10,35 @@ use crate::scene::embedded;
 /// Bytes at the beginning of a CSV file in which its header is looked for.
 const HEAD_BYTES: usize = 1 << 14;
 
-/// The use of a file that is dropped or chosen.
+/// The use of a file that is dropped or chosen, by its name and content.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Arrival {
+pub(crate) enum FileKind {
     /// A scene, a DEM, a folder, a baked pyramid, a model, or an address: its world is shown.
     World,
     /// A style file: the present world is drawn with it.
     Style,
     /// A camera path: it is flown.
-    Path,
+    CameraPath,
     /// A file that cannot be opened by itself, with the reason in one line.
     Refused(String),
 }
 
-/// Returns what a file is. Errors in a file are reported when it is opened.
-pub(crate) fn arrival(name: &str) -> Arrival {
+/// Classifies a file by its name and content. Errors in a file are reported when it is opened.
+pub(crate) fn file_kind(name: &str) -> FileKind {
     let path = Path::new(name);
     if embedded::path(path).is_some() {
-        return Arrival::Path;
+        return FileKind::CameraPath;
     }
-    if is_no_path(name) || path.is_dir() {
-        return Arrival::World;
+    if names_no_file(name) || path.is_dir() {
+        return FileKind::World;
     }
     let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match &*ending {
-        "toml" if is_scene(path) => Arrival::World,
-        "toml" => Arrival::Style,
-        _ if is_camera_path(path) => Arrival::Path,
-        _ if unnamed::is_drawing(path) => Arrival::Refused(unnamed::is_no_world(path)),
-        _ => Arrival::World,
+        "toml" if is_scene(path) => FileKind::World,
+        "toml" => FileKind::Style,
+        _ if is_camera_path(path) => FileKind::CameraPath,
+        _ if unnamed::is_drawing(path) => FileKind::Refused(unnamed::is_no_world(path)),
+        _ => FileKind::World,
     }
 }
 
@@ -61,7 +61,7 @@ fn is_camera_path(path: &Path) -> bool {
 }
 
 /// Returns a path that begins with `~/` with the user's folder in its place.
-pub(crate) fn at_home(name: &str) -> String {
+pub(crate) fn expand_home(name: &str) -> String {
     let rest = name.strip_prefix("~/").filter(|_| !Path::new(name).exists());
     let home = rest.and_then(|rest| Some(directories::BaseDirs::new()?.home_dir().join(rest)));
     home.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
@@ -82,30 +82,30 @@ mod tests {
             atomic::write(&path, text.as_bytes()).unwrap();
             path.display().to_string()
         };
-        assert_eq!(arrival(&at("a.toml", "[world]\nfile = \"dem.tif\"\n")), Arrival::World);
-        assert_eq!(arrival(&at("b.toml", "extends = \"pen\"\n")), Arrival::Style);
-        assert_eq!(arrival(&at("c.toml", "name = 3 =")), Arrival::Style, "the style says what is wrong");
+        assert_eq!(file_kind(&at("a.toml", "[world]\nfile = \"dem.tif\"\n")), FileKind::World);
+        assert_eq!(file_kind(&at("b.toml", "extends = \"pen\"\n")), FileKind::Style);
+        assert_eq!(file_kind(&at("c.toml", "name = 3 =")), FileKind::Style, "the style says what is wrong");
         let broken = at("c-scene.toml", "[world]\nfile = \"dem.tif\n");
-        assert_eq!(arrival(&broken), Arrival::World, "the scene says what is wrong");
-        assert_eq!(arrival(&at("d.csv", "# mine\nt,x,y,z,yaw,pitch,fov\n0,0,0,+9,0,0,50\n")), Arrival::Path);
+        assert_eq!(file_kind(&broken), FileKind::World, "the scene says what is wrong");
+        assert_eq!(file_kind(&at("d.csv", "# mine\nt,x,y,z,yaw,pitch,fov\n0,0,0,+9,0,0,50\n")), FileKind::CameraPath);
         // A header with a mistake is reported as that of a path.
-        assert_eq!(arrival(&at("e.csv", "time, x, y, z, Yaw, Pitch\n")), Arrival::Path);
-        assert_eq!(arrival(&at("f.csv", "0,0,5\n1,0,6\n0,1,5\n1,1,7\n")), Arrival::World, "points with heights");
-        assert_eq!(arrival(&at("g.tif", "II*\0")), Arrival::World);
-        assert_eq!(arrival(&folder.path().display().to_string()), Arrival::World);
-        assert_eq!(arrival("https://example.org/a.obj"), Arrival::World);
-        assert_eq!(arrival("continent"), Arrival::World);
-        assert_eq!(arrival("tour"), Arrival::Path);
-        assert_eq!(arrival("no such file"), Arrival::World, "its error names it");
-        assert_eq!(arrival(&at("h.OBJ", "v 0 0 0\n")), Arrival::World, "a model, whatever is in it");
+        assert_eq!(file_kind(&at("e.csv", "time, x, y, z, Yaw, Pitch\n")), FileKind::CameraPath);
+        assert_eq!(file_kind(&at("f.csv", "0,0,5\n1,0,6\n0,1,5\n1,1,7\n")), FileKind::World, "points with heights");
+        assert_eq!(file_kind(&at("g.tif", "II*\0")), FileKind::World);
+        assert_eq!(file_kind(&folder.path().display().to_string()), FileKind::World);
+        assert_eq!(file_kind("https://example.org/a.obj"), FileKind::World);
+        assert_eq!(file_kind("continent"), FileKind::World);
+        assert_eq!(file_kind("tour"), FileKind::CameraPath);
+        assert_eq!(file_kind("no such file"), FileKind::World, "its error names it");
+        assert_eq!(file_kind(&at("h.OBJ", "v 0 0 0\n")), FileKind::World, "a model, whatever is in it");
     }
 
     #[test]
     fn a_path_may_begin_at_home() {
-        assert_eq!(at_home("/data/a.tif"), "/data/a.tif");
-        assert_eq!(at_home("a~/b"), "a~/b");
+        assert_eq!(expand_home("/data/a.tif"), "/data/a.tif");
+        assert_eq!(expand_home("a~/b"), "a~/b");
         if let Some(home) = directories::BaseDirs::new() {
-            assert_eq!(at_home("~/a.tif"), home.home_dir().join("a.tif").to_string_lossy());
+            assert_eq!(expand_home("~/a.tif"), home.home_dir().join("a.tif").to_string_lossy());
         }
     }
 }
