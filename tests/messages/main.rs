@@ -134,7 +134,7 @@ fn what_fails_names_the_file_and_the_scene() {
         (&["info", "utf16.toml"], &["utf16.toml", "UTF-8"]),
         (&["render", "none.toml", "-o", "o.png"], &["none.toml: there is no such file"]),
         (&["render", "-o", "o.png", "--water", "none.geojson"], &["none.geojson: there is no such file"]),
-        (&["render", "model.obj", "-o", "o.png"], &["model.obj: is an OBJ model"]),
+        (&["render", "model.obj", "-o", "o.png"], &["cannot read the mesh model.obj: it has no faces"]),
         (&["render", "empty", "-o", "o.png"], &["empty: the folder holds no height files"]),
         (&["info", "junk.tif"], &["junk.tif: is damaged"]),
         (&["styles", "check", "empty"], &["empty: cannot read the style: "]),
