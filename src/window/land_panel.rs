@@ -52,7 +52,7 @@ impl LandPanel {
         }
     }
 
-    /// Adds the switch and the height of the sea. The height keeps its row while there is no sea: where frames are slow, a
+    /// Adds the switch and the height of the sea. The height keeps its row without a sea: where frames are slow, a
     /// row that appears would move the ones below away from under the next click.
     fn sea(&mut self, ui: &mut Ui, sea_level_m: &mut Option<f64>) {
         let mut is_on = sea_level_m.is_some();

@@ -21,9 +21,9 @@ struct Case {
     folder: &'static str,
     /// The ending that the kind begins with.
     ending: &'static str,
-    /// What the person changes. The name of the output is there already.
+    /// Options that the person changes. The name of the output is there already.
     fill: fn(&Person<'_>),
-    /// What the command line has then.
+    /// Arguments that the command line then has.
     option: &'static str,
     /// The output in the end.
     output: &'static str,

@@ -51,7 +51,7 @@ pub(super) enum Body {
     Columns([Column; 2]),
     /// Rows of sliders, and the effect of the selected one.
     Sliders(Vec<Slider>, String),
-    /// Running text.
+    /// Text in sentences.
     Text(String),
 }
 
