@@ -171,7 +171,7 @@ mod tests {
     use crate::scene::Scene;
 
     fn hills_m(x: f64, y: f64) -> f64 {
-        100.0 + 30.0 * (x / 170.0).sin() * (y / 230.0).cos()
+        500.0 + 400.0 * (x / 170.0).sin() * (y / 230.0).cos()
     }
 
     /// Returns the part of a picture of 32 × 20 rays that meets no land, by small steps over the land's own function.
@@ -186,12 +186,17 @@ mod tests {
             let across = (f64::from(ray % 32) + 0.5) / 16.0 - 1.0;
             let upward = 1.0 - (f64::from(ray / 32) + 0.5) / 10.0;
             let way = forward + half * (aspect * across * right + upward * up);
-            // The first place at which the ray is not above all land; holes and the outside are as low as their rims.
-            let low = (0..4000).map(|step| camera.position_m + f64::from(step) * way).find(|at| {
-                let flat_m = at.truncate();
-                at.z <= hills_m(flat_m.x, flat_m.y)
-            });
-            low.is_some_and(|at| !land_m(at.truncate()).is_nan())
+            // In steps of about a metre, land is met by a step that begins above land and does not end above it.
+            let mut was_above = false;
+            for step in 0..4000 {
+                let at = camera.position_m + f64::from(step) * way;
+                let above_m = at.z - land_m(at.truncate());
+                if above_m <= 0.0 {
+                    return was_above;
+                }
+                was_above = above_m > 0.0;
+            }
+            false
         };
         f64::from((0..640).filter(|ray| !meets(*ray)).count() as u32) / 640.0
     }
@@ -206,9 +211,9 @@ mod tests {
         let raster = Raster::of(201, 10.0, |x, y| land_m(DVec2::new(x, y)));
         let land = Land::new(&raster, None, 10.0, Scene::default().light([2000.0; 2]), DVec2::ZERO, 2000.0);
         for (name, x, y, z, yaw_deg, pitch_deg) in [
-            ("into the hole", 0.0, -900.0, 900.0, 0.0, -45.0),
-            ("from outside", 2000.0, 2000.0, 900.0, 225.0, -20.0),
-            ("along the rim", -800.0, -900.0, 400.0, 20.0, -25.0),
+            ("into the hole", 0.0, -900.0, 1100.0, 0.0, -30.0),
+            ("from outside", 2000.0, 2000.0, 1300.0, 225.0, -20.0),
+            ("along the rim", -800.0, -900.0, 1000.0, 20.0, -25.0),
         ] {
             let position_m = DVec3::new(x, y, z);
             let camera = Camera { position_m, height_above_ground: false, yaw_deg, pitch_deg, fov_deg: 45.0 };
