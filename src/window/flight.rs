@@ -5,6 +5,7 @@
 //!
 //! Why: `docs/decisions/window-frames.md`.
 
+mod begin;
 mod compare;
 mod controls;
 mod edits;
@@ -13,7 +14,9 @@ mod gallery;
 mod land;
 mod layer_picking;
 mod navigate;
+mod panels;
 mod paths;
+mod picture;
 mod viewer;
 mod worlds;
 
@@ -32,51 +35,40 @@ use self::layer_picking::LayerPicking;
 use self::navigate::Navigation;
 use self::paths::Paths;
 use super::browse::Browser;
-use super::cost::{self, CostStats, Traffic};
-use super::dock::{Dock, Pane};
+use super::cost::Traffic;
+use super::dock::Dock;
+use super::export::ExportDialog;
 use super::export::run::Run;
-use super::export::{self, ExportDialog};
-use super::fly_camera::{FlyCamera, FlyInput};
+use super::fly_camera::FlyCamera;
 use super::gallery::Gallery;
 use super::gallery::thumbnails::Thumbnails;
 use super::input::Input;
-use super::inspector::{Inspector, Shown as InspectorShown};
+use super::inspector::Inspector;
 use super::land_panel::LandPanel;
 use super::light::LightPanel;
 use super::open_dialog::OpenDialog;
-use super::opening::{self, Parts};
 use super::other_world::OtherWorld;
-use super::overlay::{Overlay, Painted};
-use super::panel::{self, PanelStats};
+use super::overlay::Overlay;
 use super::path_flight::Reading;
 use super::picture_viewer::PictureViewer;
 use super::pictures::Pictures;
-use super::places::Places;
 use super::questions::Questions;
 use super::remembered::Remembered;
 use super::reopening::Reopening;
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
-use super::status;
-use super::toasts::{self, About, Toasts};
-use super::welcome;
-use super::{FlightOptions, FlightWorld, WindowError, works};
-use crate::composite::PICTURE;
-use crate::composite::present::Shown;
+use super::toasts::Toasts;
+use super::{FlightWorld, WindowError, works};
 use crate::file::{FileError, standard};
 use crate::frame::{Light, Renderer};
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
-use crate::gpu::pipelines::Builds;
-use crate::gpu::recorder::Submits;
 use crate::lines::strokes::AsyncStrokeNumbers;
 use crate::scene::SceneFocus;
-use crate::scene::anaglyph::Glasses;
 use crate::scene::reach::Reach;
-use crate::scene::stereo::{Eyes, Pair};
-use crate::scene::view::{Clock, Pose, View};
-use crate::source::EarthPlace;
+use crate::scene::stereo::Pair;
+use crate::scene::view::Pose;
 use crate::studio::favourites::Favourites;
 use crate::studio::folder::StyleSearch;
 use crate::studio::recent::Recent;
@@ -220,130 +212,6 @@ struct LastPicture {
 }
 
 impl Flight {
-    /// Begins a flight over a world in a window.
-    ///
-    /// # Errors
-    /// Returns a [`WindowError`] if the style is invalid.
-    pub(super) fn new(
-        parts: Parts,
-        world: FlightWorld,
-        options: &FlightOptions,
-        proxy: EventLoopProxy<()>,
-    ) -> Result<Self, WindowError> {
-        let Parts { overlay, screen, gpu, window } = parts;
-        let (styles, style) = Styles::with(&options.style)?;
-        let start = FlyCamera::new(&world.start, |at| ground_m(&world, at), world.surfaces.terrain.extent_m());
-        let settings = Settings {
-            style,
-            scale: 0,
-            antialias: options.antialias,
-            lod_error_px: world.surfaces.terrain.options().lod_error_px,
-            sun: world.sun,
-            haze_m: world.light.haze_m,
-            exaggeration: world.surfaces.exaggeration(),
-            sea_level_m: world.scene.sea_level_m,
-            tree_seed: world.tree_seed(),
-            world_seed: world.scene.world.seed(),
-            focus: world.scene.focus,
-            eyes: options.eyes,
-            pair: options.pair,
-            follows_land: options.follows_land,
-        };
-        let store = world.surfaces.terrain.store();
-        let size = store.levels()[0];
-        let earth = EarthPlace::of_grid(store.georeference(), size.width, size.height);
-        let (pose, pair, prepared) = (start.pose(), options.pair, Prepared::default());
-        let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0 };
-        window.set_title(&format!("{} — hachure", world.name));
-        // An event loop that has ended needs no waking.
-        let [of_pictures, of_files] = [proxy.clone(), proxy.clone()];
-        let watch = FileWatch::start(move || _ = of_files.send_event(()));
-        let mut flight = Self {
-            pictures: Pictures::start(move || _ = of_pictures.send_event(())),
-            thumbnails: Thumbnails::default(),
-            overlay,
-            screen,
-            renderer: None,
-            previous_renderer: None,
-            world_being_opened: None,
-            path_being_read: None,
-            paths: Paths::of_world(&world),
-            path_of_opening: None,
-            open_dialog: OpenDialog::default(),
-            export_dialog: ExportDialog::default(),
-            exports: Vec::new(),
-            ended: works::EndedWorks::default(),
-            set_values: None,
-            adapter_choice: options.adapter.clone(),
-            browser: Browser::default(),
-            recent: Recent::open(),
-            delayed: Vec::new(),
-            dropped: Vec::new(),
-            reach: options.reach,
-            adapter: gpu.description(),
-            input: Input::new(),
-            camera: start.clone(),
-            start,
-            light_panel: LightPanel::new(earth),
-            land_panel: world.land_panel(),
-            land_being_read: None,
-            proxy: proxy.clone(),
-            navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
-            layer_picking: LayerPicking::new(),
-            settings,
-            styles,
-            frame_times: FrameTimes::default(),
-            pass_times: PassTimes::default(),
-            stroke_numbers: AsyncStrokeNumbers::default(),
-            last,
-            eyes_move: false,
-            dock: options.remembered.panels.as_deref().and_then(Dock::of_text).unwrap_or_default(),
-            inspector: Inspector::default(),
-            viewer: PictureViewer::new(),
-            traffic: Traffic::default(),
-            welcomes: !options.remembered.is_welcomed && options.frames.is_none(),
-            remembered: options.remembered.clone(),
-            gallery: Gallery::default(),
-            favourites: Favourites::open(),
-            style_search: None,
-            previous_style: style,
-            compared: None,
-            divided: None,
-            questions: Questions::default(),
-            unsaved: Unsaved::open(),
-            watch,
-            watched: Vec::new(),
-            file_errors: BTreeMap::new(),
-            unsaved_offered: BTreeSet::new(),
-            needs_relayout: false,
-            has_warned_of_leaving: false,
-            toasts: Toasts::default(),
-            escape_until: None,
-            hidden: false,
-            stale: true,
-            animating_since: None,
-            panel_repaint_at: None,
-            next_gamepads: Instant::now(),
-            next_built: Instant::now(),
-            next_shaders: Instant::now(),
-            prewarmed_styles: 0,
-            frames_left: options.frames,
-            begun: Instant::now(),
-            world,
-            gpu,
-            window,
-        };
-        flight.open_document();
-        flight.find_kept_path();
-        if let Some(name) = flight.world.world.clone().filter(|_| options.frames.is_none()) {
-            flight.note_opened(&name);
-        }
-        if let Some(path) = &options.path {
-            flight.open_path(path);
-        }
-        Ok(flight)
-    }
-
     /// Requests a frame from the window system.
     pub(super) fn request_redraw(&self) {
         self.window.request_redraw();
@@ -373,7 +241,7 @@ impl Flight {
         let moves = self.camera.advance(&input, step_s, |at| ground_m(&self.world, at));
         self.stale |= drags | moves | self.follow_path(now, drags | moves);
         self.compare(self.input.compares());
-        let painted = self.lay_panel_out()?;
+        let painted = self.lay_panels_out()?;
         if self.act_on_delayed()? == Next::Quit {
             return Ok(Next::Quit);
         }
@@ -452,248 +320,6 @@ impl Flight {
         while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
             self.pass_times.add(times);
         }
-    }
-
-    /// Lays out the panel and carries out what its buttons request.
-    fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
-        let has_picture = self.previous_renderer.is_some()
-            || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
-        let view = self.export_dialog.is_open().then(|| self.shown_view());
-        let panels = [Pane::Style, Pane::Inside, Pane::Cost, Pane::Path].map(|pane| (pane, self.dock.is_shown(pane)));
-        let prepared = &self.last.prepared;
-        let terrain = &self.world.surfaces.terrain;
-        let position_m = self.camera.position_m;
-        let stats = PanelStats {
-            adapter: &self.adapter,
-            picture_px: self.settings.picture_px(self.screen.size_px()),
-            frame_times: &self.frame_times,
-            pass_times: &self.pass_times,
-            triangles: prepared.selection.triangles(),
-            patches: prepared.selection.leaves.len() as u64,
-            strokes: self.stroke_numbers.last(),
-            tiles_on_gpu: terrain.tile_counts().on_gpu,
-            tiles_loaded: self.last.tiles_loaded,
-            tiles_missing: prepared.tiles.pending + prepared.tiles.without_room + prepared.tiles.failed,
-            over_memory_px: (prepared.detail.memory_factor > 1.0)
-                .then_some(self.settings.lod_error_px * prepared.detail.memory_factor),
-            over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
-            gpu_bytes: self.gpu.memory_bytes(),
-            height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
-            is_preparing: has_picture && !self.shows_chosen_style(),
-            panels: &panels,
-        };
-        let renderer = self.renderer.as_ref();
-        let cost = CostStats {
-            traffic: &self.traffic,
-            picture_bytes: renderer.map_or(0, Renderer::target_bytes),
-            cpu_ms: [prepared.prepare_ms, renderer.map_or(0.0, Renderer::record_ms)],
-        };
-        let entries = if self.dock.is_shown(Pane::Inside) { self.viewer_entries() } else { Vec::new() };
-        let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
-        let mut requests = panel::PanelRequests::default();
-        let mut inspected = InspectorShown::default();
-        let mut answer = None;
-        let mut typed = None;
-        let (words, projection) = self.navigation.words(self.world.surfaces.exaggeration());
-        let (words, projection) =
-            (if self.dock.is_shown(Pane::Flight) { words } else { Vec::new() }, projection.map(str::to_owned));
-        let mut choices = Vec::new();
-        let (mut opens, mut cancelled) = (None, None);
-        let exports = self.exports.iter().map(|run| &*run.work);
-        let works: Vec<&works::Work> =
-            self.world_being_opened.iter().map(|opening| &*opening.work).chain(exports).collect();
-        let window_px = self.settings.eye_px(self.screen.size_px());
-        let mut divided = self.divided.as_ref().map(|divided| (divided.divider, divided.is_ready()));
-        let mut exported = None;
-        let mut path_requests = Vec::new();
-        let mut is_welcomed = false;
-        let painted = self.overlay.run(&self.window, |ui| {
-            let context = &ui.ctx().clone();
-            if !has_picture {
-                opening::sign(context, "Preparing the first picture…");
-            }
-            self.viewer.paint(context);
-            self.dock.show(ui, &mut |ui, pane| match pane {
-                Pane::View => {}
-                Pane::Flight => {
-                    let (settings, camera) = (&mut self.settings, &mut self.camera);
-                    let light_and_land = (&mut self.light_panel, &mut self.land_panel);
-                    requests = panel::show(ui, &stats, &self.styles, settings, camera, light_and_land);
-                }
-                Pane::Style => {
-                    if let Some(document) = self.styles.document(settings_before.style) {
-                        inspected = self.inspector.show(ui, document);
-                    }
-                }
-                Pane::Inside => self.viewer.show(ui, &entries),
-                Pane::Cost => cost::show(ui, &stats, &cost),
-                Pane::Path => {
-                    let (shown, panel) = self.paths.shown();
-                    path_requests.extend(panel.show(ui, &shown));
-                }
-            });
-            let window = context.content_rect();
-            let free = self.dock.free(window);
-            if let Some((divider, is_ready)) = &mut divided
-                && !divider.show(context, free, &self.styles, settings_before.style, *is_ready)
-            {
-                divided = None;
-            }
-            if self.gallery.is_open {
-                self.gallery.inspector_width = window.right() - free.right();
-                let (styles, thumbnails) = (&self.styles, &self.thumbnails);
-                choices = self.gallery.show(context, styles, &self.favourites, thumbnails, settings_before.style);
-            }
-            opens = self.open_dialog.show(context).or(opens.take());
-            if let Some((view, refusal)) = &view {
-                let shown = export::Shown { view, refusal: *refusal, window_px };
-                exported = self.export_dialog.show(context, &shown).or(exported.take());
-            }
-            cancelled = works::show(context, works.iter().copied(), &self.ended).or(cancelled);
-            answer = self.questions.show(context).or(answer.take());
-            let go_to = &mut self.navigation.go_to;
-            typed = status::show(context, free, &words, projection.as_deref(), go_to).or(typed.take());
-            let left = egui::Rect::from_min_max(window.min, egui::pos2(free.left(), window.bottom()));
-            let right = egui::Rect::from_min_max(egui::pos2(free.right(), window.top()), window.max);
-            let covers = |side: &egui::Rect| side.width() > 0.0;
-            toasts::show(context, &self.toasts, Some(left).filter(covers), Some(right).filter(covers), free.bottom());
-            is_welcomed |= self.welcomes && welcome::show(context);
-        });
-        self.overlay.set_docked(self.dock.rects());
-        if is_welcomed {
-            self.end_welcome();
-        }
-        self.follow_divider(divided.map(|(divider, _)| divider));
-        self.apply(inspected.edits, settings_before.style);
-        if let Some((question, is_taken)) = answer {
-            self.answer(question, is_taken);
-        }
-        self.choose(choices);
-        match cancelled {
-            Some(works::Request::Cancel(row)) => self.on_cancel(row),
-            Some(works::Request::Dismiss(row)) => {
-                self.ended.dismiss(row);
-                self.needs_relayout = true;
-            }
-            Some(works::Request::Copied) => self.say(About::Edit, "Copied the path".to_owned(), TOAST / 2),
-            None => {}
-        }
-        if let Some(request) = exported {
-            self.on_export_request(request);
-        }
-        if let Some(request) = opens {
-            self.on_open_request(request);
-        }
-        self.on_path_requests(path_requests);
-        if self.settings.style != settings_before.style {
-            self.style_changed(settings_before.style);
-            self.open_document();
-        }
-        if let Some(pane) = requests.toggled {
-            self.dock.toggle(pane);
-            self.needs_relayout = true;
-        }
-        if requests.gallery {
-            self.toggle_gallery();
-            self.needs_relayout = true;
-        }
-        if requests.divider {
-            self.toggle_divider();
-        }
-        if requests.copied {
-            self.say(About::Edit, "Copied the value for --camera".to_owned(), TOAST / 2);
-        }
-        if requests.export {
-            self.toggle_export();
-        }
-        if requests.open {
-            self.toggle_open_dialog();
-        }
-        // A higher clearance lifts the camera; a lower one does not lower it.
-        self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
-        self.stale |= self.settings != settings_before || self.camera != camera_before;
-        if let Some(text) = typed {
-            self.go_to(&text);
-        }
-        if requests.light.place_focus {
-            self.place_focus();
-        }
-        self.follow_land();
-        self.follow_seed();
-        if requests.restart {
-            self.restart();
-        }
-        if requests.screenshot {
-            self.take_screenshot();
-        }
-        Ok(painted)
-    }
-
-    fn render_picture(&mut self, step_s: f64) -> Result<(), WindowError> {
-        let picture_px = self.settings.picture_px(self.screen.size_px());
-        let light = self.light();
-        let pose = self.camera.pose();
-        // An estimate without readback: `Surfaces::nearest_m` is at most half the height above the ground.
-        let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
-        self.eyes_move = self.settings.follow_land(nearest_m, step_s);
-        let style = self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style]);
-        let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
-        let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
-        let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);
-        self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
-        renderer.set_step_s(step_s);
-        renderer.set_antialias(self.settings.antialias);
-        // A window never waits for a compiler.
-        renderer.set_builds(Builds::InBackground);
-        let measures = self.dock.is_shown(Pane::Flight) || self.dock.is_shown(Pane::Cost);
-        renderer.set_submits(if measures { Submits::Timed } else { Submits::Whole });
-        let now = Instant::now();
-        let traces = self.dock.is_shown(Pane::Cost) && self.traffic.is_due(&style.name, now);
-        renderer.set_traces(traces);
-        let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
-        if traces {
-            self.traffic.count(renderer.trace(), &style.name, now);
-        }
-        self.render_left(&rig, &light, step_s, self.settings.antialias)?;
-        self.navigation.drew(&rig.eyes);
-        if let Some(renderer) = &self.renderer {
-            self.stroke_numbers.request(&self.gpu, renderer.strokes());
-        }
-        self.last.tiles_loaded += prepared.tiles.loaded;
-        self.last.pose = pose;
-        self.last.time_s = clock.now_s;
-        self.last.pair = self.settings.pair;
-        self.last.prepared = prepared;
-        Ok(())
-    }
-
-    fn present(&mut self, surface: wgpu::SurfaceTexture, painted: Painted) {
-        let target = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let size_px = self.screen.size_px();
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
-        if self.shows_chosen_style() {
-            self.previous_renderer = None;
-        }
-        let shown = self.previous_renderer.as_ref().or(self.renderer.as_ref());
-        let eye = |eye: usize| shown.and_then(|renderer| renderer.eye_target(eye, &PICTURE));
-        let left = self.divided.as_ref().and_then(|divided| Some((divided, divided.drawn()?.eye_target(0, &PICTURE)?)));
-        let shown = match (self.settings.eyes, eye(0), eye(1)) {
-            (Eyes::Mono, Some(right), _) if let Some((divided, left)) = left => {
-                Some(Shown::Divided { left, right, at: divided.divider.at })
-            }
-            (Eyes::Right, _, Some(right)) => Some(Shown::One(right)),
-            (Eyes::Mono | Eyes::Left, Some(left), _) | (_, Some(left), None) => Some(Shown::One(left)),
-            (eyes, Some(left), Some(right)) => Some(Shown::Pair { left, right, glasses: Glasses::of(eyes) }),
-            (_, None, _) => None,
-        };
-        if let Some(shown) = shown {
-            self.screen.present().run(&self.gpu, &mut encoder, shown, &target, size_px);
-        }
-        self.overlay.paint(&self.gpu, &mut encoder, &target, size_px, painted);
-        self.gpu.queue.submit([encoder.finish()]);
-        self.window.pre_present_notify();
-        self.gpu.queue.present(surface);
     }
 
     /// Prints the frame times, for `--frames`.

@@ -1,0 +1,90 @@
+//! The picture of a frame: it is rendered and brought to the screen.
+
+use std::time::Instant;
+
+use super::Flight;
+use crate::composite::PICTURE;
+use crate::composite::present::Shown;
+use crate::frame::Renderer;
+use crate::gpu::pipelines::Builds;
+use crate::gpu::recorder::Submits;
+use crate::scene::anaglyph::Glasses;
+use crate::scene::stereo::Eyes;
+use crate::scene::view::{Clock, View};
+use crate::window::WindowError;
+use crate::window::dock::Pane;
+use crate::window::overlay::Painted;
+
+impl Flight {
+    /// Renders the picture of the present view and settings.
+    ///
+    /// # Errors
+    /// Fails if the GPU fails.
+    pub(super) fn render_picture(&mut self, step_s: f64) -> Result<(), WindowError> {
+        let picture_px = self.settings.picture_px(self.screen.size_px());
+        let light = self.light();
+        let pose = self.camera.pose();
+        // An estimate without readback: `Surfaces::nearest_m` is at most half the height above the ground.
+        let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
+        self.eyes_move = self.settings.follow_land(nearest_m, step_s);
+        let style = self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style]);
+        let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
+        let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
+        let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);
+        self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
+        renderer.set_step_s(step_s);
+        renderer.set_antialias(self.settings.antialias);
+        // A window never waits for a compiler.
+        renderer.set_builds(Builds::InBackground);
+        let measures = self.dock.is_shown(Pane::Flight) || self.dock.is_shown(Pane::Cost);
+        renderer.set_submits(if measures { Submits::Timed } else { Submits::Whole });
+        let now = Instant::now();
+        let traces = self.dock.is_shown(Pane::Cost) && self.traffic.is_due(&style.name, now);
+        renderer.set_traces(traces);
+        let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
+        if traces {
+            self.traffic.count(renderer.trace(), &style.name, now);
+        }
+        self.render_left(&rig, &light, step_s, self.settings.antialias)?;
+        self.navigation.drew(&rig.eyes);
+        if let Some(renderer) = &self.renderer {
+            self.stroke_numbers.request(&self.gpu, renderer.strokes());
+        }
+        self.last.tiles_loaded += prepared.tiles.loaded;
+        self.last.pose = pose;
+        self.last.time_s = clock.now_s;
+        self.last.pair = self.settings.pair;
+        self.last.prepared = prepared;
+        Ok(())
+    }
+
+    /// Shows the picture and the panels on the screen.
+    pub(super) fn present(&mut self, surface: wgpu::SurfaceTexture, painted: Painted) {
+        let target = surface.texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let size_px = self.screen.size_px();
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("window") });
+        if self.shows_chosen_style() {
+            self.previous_renderer = None;
+        }
+        let shown = self.previous_renderer.as_ref().or(self.renderer.as_ref());
+        let eye = |eye: usize| shown.and_then(|renderer| renderer.eye_target(eye, &PICTURE));
+        let left = self.divided.as_ref().and_then(|divided| Some((divided, divided.drawn()?.eye_target(0, &PICTURE)?)));
+        let shown = match (self.settings.eyes, eye(0), eye(1)) {
+            (Eyes::Mono, Some(right), _) if let Some((divided, left)) = left => {
+                Some(Shown::Divided { left, right, at: divided.divider.at })
+            }
+            (Eyes::Right, _, Some(right)) => Some(Shown::One(right)),
+            (Eyes::Mono | Eyes::Left, Some(left), _) | (_, Some(left), None) => Some(Shown::One(left)),
+            (eyes, Some(left), Some(right)) => Some(Shown::Pair { left, right, glasses: Glasses::of(eyes) }),
+            (_, None, _) => None,
+        };
+        if let Some(shown) = shown {
+            self.screen.present().run(&self.gpu, &mut encoder, shown, &target, size_px);
+        }
+        self.overlay.paint(&self.gpu, &mut encoder, &target, size_px, painted);
+        self.gpu.queue.submit([encoder.finish()]);
+        self.window.pre_present_notify();
+        self.gpu.queue.present(surface);
+    }
+}
