@@ -1,4 +1,4 @@
-//! What happens when somebody ends the program (Ctrl-C, a closed terminal, a scheduler): files that are being written are
+//! The end of the program by somebody else (Ctrl-C, a closed terminal, a scheduler): files that are being written are
 //! removed, unless the running command stops in its own way.
 
 use std::collections::BTreeSet;

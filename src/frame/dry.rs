@@ -1,7 +1,7 @@
 //! Views without water: once the GPU has found that none of the water maps of a view has any, frames omit the passes of
 //! water. Their pictures are bit-identical, because those passes would copy tones and draw no ink.
 //!
-//! What was found is kept for each map, so a view that moves is known as soon as its new maps are.
+//! The findings are kept for each map, so a view that moves is known as soon as its new maps are.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! How much of its lists and atlases a frame used, for the sizes in its trace.
+//! The part of its lists and atlases that a frame used, for the sizes in its trace.
 //!
 //! Lists are allocated for the most that a frame may put into them, and atlases for all tiles that memory can hold. No
 //! frame reads or writes more of a list than it has filled, or other tiles than those that the view needs and, where it

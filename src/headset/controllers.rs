@@ -1,5 +1,5 @@
-//! What the controls of each kind of controller do: one table for the suggested bindings and for the page that explains
-//! them.
+//! The functions of the controls of each kind of controller: one table for the suggested bindings and for the page that
+//! explains them.
 
 /// An action of the flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

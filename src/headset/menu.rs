@@ -1,4 +1,4 @@
-//! What the panel in the headset shows, and what the buttons and sticks do with it.
+//! The contents of the panel in the headset, and how buttons and sticks act on it.
 //!
 //! Lists are open while a button is held: the stick selects, and letting go applies. This module depends on neither
 //! OpenXR nor GPUs.

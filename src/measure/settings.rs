@@ -1,4 +1,4 @@
-//! How a benchmark was made, and whether another one was made in the same way.
+//! The settings of a benchmark, and whether another one was made in the same way.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read};

@@ -1,5 +1,6 @@
-//! What a scene file may name: files in its folder and below. So a scene from somebody else can neither show other
-//! files of this machine nor make hachure contact servers. The user lifts the restriction for scenes that are trusted.
+//! The files that a scene file may name: those in its folder and below. So a scene from somebody else can neither show
+//! other files of this machine nor make hachure contact servers. The user lifts the restriction for scenes that are
+//! trusted.
 
 use std::path::{Component, Path, PathBuf};
 

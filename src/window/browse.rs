@@ -13,7 +13,7 @@ const SHOWN: Duration = Duration::from_millis(800);
 
 /// The kind of a choice in the dialog of the system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum DialogKind {
     /// A file of any kind that hachure opens.
     File,
     /// A folder of height files.
@@ -39,12 +39,12 @@ pub(super) struct Browser {
 
 impl Browser {
     /// Opens the dialog, unless one is open. `wake` is called when it ends.
-    pub(super) fn open(&mut self, wanted: Wanted, parent: &winit::window::Window, wake: impl Fn() + Send + 'static) {
+    pub(super) fn open(&mut self, kind: DialogKind, parent: &winit::window::Window, wake: impl Fn() + Send + 'static) {
         let dialog = AsyncFileDialog::new().set_parent(parent);
         // The dialog is created on this thread, because macOS requires that, and awaited on another.
-        let picked: std::pin::Pin<Box<dyn Future<Output = Option<FileHandle>> + Send>> = match wanted {
-            Wanted::File => Box::pin(dialog.set_title("Open a world, a style or a camera path").pick_file()),
-            Wanted::Folder => Box::pin(dialog.set_title("Open a folder of height files").pick_folder()),
+        let picked: std::pin::Pin<Box<dyn Future<Output = Option<FileHandle>> + Send>> = match kind {
+            DialogKind::File => Box::pin(dialog.set_title("Open a world, a style or a camera path").pick_file()),
+            DialogKind::Folder => Box::pin(dialog.set_title("Open a folder of height files").pick_folder()),
         };
         self.wait_for(move || pollster::block_on(picked).map(|file| file.path().to_owned()), wake);
     }

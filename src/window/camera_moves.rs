@@ -33,14 +33,14 @@ pub(super) struct Zoom {
 /// A motion from one view to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Glide {
-    from: Stand,
-    to: Stand,
+    from: Viewpoint,
+    to: Viewpoint,
     passed_s: f64,
 }
 
 /// A position and direction of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stand {
+pub(super) struct Viewpoint {
     /// Position in the world's frame.
     pub position_m: DVec3,
     /// Clockwise from north.
@@ -49,7 +49,7 @@ pub(super) struct Stand {
     pub pitch_deg: f64,
 }
 
-impl Stand {
+impl Viewpoint {
     fn axes(&self) -> Camera {
         let Self { position_m, yaw_deg, pitch_deg } = *self;
         Camera { position_m, height_above_ground: false, yaw_deg, pitch_deg, fov_deg: 45.0 }
@@ -78,8 +78,8 @@ impl Stand {
 
 impl FlyCamera {
     /// Returns where the camera is.
-    pub(super) fn stand(&self) -> Stand {
-        Stand { position_m: self.position_m, yaw_deg: self.yaw_deg, pitch_deg: self.pitch_deg }
+    pub(super) fn viewpoint(&self) -> Viewpoint {
+        Viewpoint { position_m: self.position_m, yaw_deg: self.yaw_deg, pitch_deg: self.pitch_deg }
     }
 
     /// Ends a zoom and a glide where they are.
@@ -109,11 +109,11 @@ impl FlyCamera {
     pub(super) fn orbit(&mut self, place_m: DVec3, turn_deg: DVec2) {
         self.stop();
         let way_m = place_m - self.position_m;
-        let before = self.stand().axes();
+        let before = self.viewpoint().axes();
         let seen = DVec3::new(way_m.dot(before.right()), way_m.dot(before.up()), way_m.dot(before.forward()));
         self.yaw_deg = (self.yaw_deg + turn_deg.x).rem_euclid(360.0);
         self.pitch_deg = (self.pitch_deg + turn_deg.y).clamp(-STEEPEST_DEG, STEEPEST_DEG);
-        let after = self.stand().axes();
+        let after = self.viewpoint().axes();
         self.position_m = place_m - (after.right() * seen.x + after.up() * seen.y + after.forward() * seen.z);
         self.keep_near();
     }
@@ -141,19 +141,19 @@ impl FlyCamera {
     }
 
     /// Begins to glide to another view.
-    pub(super) fn glide_to(&mut self, to: Stand) {
+    pub(super) fn glide_to(&mut self, to: Viewpoint) {
         self.stop();
         let max_m = DVec3::splat(LARGEST_COORDINATE_M);
-        let to = Stand { position_m: to.position_m.clamp(-max_m, max_m), ..to };
-        self.glide = Some(Glide { from: self.stand(), to, passed_s: 0.0 });
+        let to = Viewpoint { position_m: to.position_m.clamp(-max_m, max_m), ..to };
+        self.glide = Some(Glide { from: self.viewpoint(), to, passed_s: 0.0 });
     }
 
     /// Returns the view from here in which a place is in the middle of the picture.
-    pub(super) fn looking_at(&self, place_m: DVec3) -> Stand {
+    pub(super) fn looking_at(&self, place_m: DVec3) -> Viewpoint {
         let way_m = place_m - self.position_m;
         let yaw_deg = if way_m.truncate().length() < 1e-6 { self.yaw_deg } else { way_m.x.atan2(way_m.y).to_degrees() };
         let pitch_deg = way_m.z.atan2(way_m.truncate().length()).to_degrees();
-        Stand {
+        Viewpoint {
             position_m: self.position_m,
             yaw_deg: yaw_deg.rem_euclid(360.0),
             pitch_deg: pitch_deg.clamp(-90.0, 90.0),
@@ -297,10 +297,10 @@ mod tests {
         looked.advance(&FlyInput::default(), 0.3, |_| -100.0);
         assert!(looked.yaw_deg > 350.0 || looked.yaw_deg < 40.0, "{}", looked.yaw_deg);
         still(&mut looked, 0.05);
-        assert_eq!(looked.stand(), to);
+        assert_eq!(looked.viewpoint(), to);
         assert!(part(&looked, PLACE_M).distance(DVec2::splat(0.5)) < 1e-9);
         let mut ended = camera();
-        ended.glide_to(Stand::before(PLACE_M, 500.0, 0.0, -90.0));
+        ended.glide_to(Viewpoint::before(PLACE_M, 500.0, 0.0, -90.0));
         ended.advance(&FlyInput::default(), 0.1, |_| -100.0);
         ended.advance(&FlyInput { forward: 1.0, ..FlyInput::default() }, 0.1, |_| -100.0);
         assert!(ended.glide.is_none() && ended.pitch_deg > -89.0);
@@ -316,7 +316,7 @@ mod tests {
         };
         for (yaw_deg, pitch_deg) in [(0.0, -90.0), (30.0, -35.0), (200.0, -60.0)] {
             let mut camera = camera();
-            let framed = Stand::framing(&corners_m, lens(camera.fov_deg), yaw_deg, pitch_deg);
+            let framed = Viewpoint::framing(&corners_m, lens(camera.fov_deg), yaw_deg, pitch_deg);
             (camera.position_m, camera.yaw_deg, camera.pitch_deg) = (framed.position_m, yaw_deg, pitch_deg);
             let parts: Vec<DVec2> = corners_m.iter().map(|corner_m| part(&camera, *corner_m)).collect();
             let is_in =

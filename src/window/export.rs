@@ -28,7 +28,7 @@ const COPY: &str = "The camera path has edits that are not saved. The film is dr
 
 /// A request of the user in the dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Request {
+pub(super) enum ExportRequest {
     /// Run the program with these arguments, which write this output.
     Run(Vec<String>, String),
     /// Save the style, or ask for its name.
@@ -55,16 +55,16 @@ impl Refusal {
     }
 
     /// Returns the button that removes the reason, and what it asks for.
-    fn remedy(self) -> (&'static str, Request) {
+    fn remedy(self) -> (&'static str, ExportRequest) {
         match self {
-            Self::Edited => ("Save the style", Request::SaveStyle),
-            Self::Hidden => ("Show all layers", Request::ShowLayers),
+            Self::Edited => ("Save the style", ExportRequest::SaveStyle),
+            Self::Hidden => ("Show all layers", ExportRequest::ShowLayers),
         }
     }
 }
 
 /// The view of the window, which the dialog exports.
-pub(super) struct Shown<'a> {
+pub(super) struct WindowView<'a> {
     /// The view as it would be drawn.
     pub view: &'a ShownView,
     /// Why no command line draws it, if none does.
@@ -157,7 +157,7 @@ impl ExportDialog {
     }
 
     /// Lays out the dialog and returns what the user asks for.
-    pub(super) fn show(&mut self, context: &egui::Context, shown: &Shown<'_>) -> Option<Request> {
+    pub(super) fn show(&mut self, context: &egui::Context, shown: &WindowView<'_>) -> Option<ExportRequest> {
         if !self.is_open {
             return None;
         }
@@ -181,7 +181,7 @@ impl ExportDialog {
         request
     }
 
-    fn content(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Option<Request> {
+    fn content(&mut self, ui: &mut Ui, shown: &WindowView<'_>) -> Option<ExportRequest> {
         ui.horizontal_wrapped(|ui| {
             for (kind, name) in Kind::ALL {
                 if ui.selectable_label(self.export.kind == kind, name).clicked() {
@@ -215,7 +215,7 @@ impl ExportDialog {
     }
 
     /// Adds the output, the command line and the buttons.
-    fn command(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Option<Request> {
+    fn command(&mut self, ui: &mut Ui, shown: &WindowView<'_>) -> Option<ExportRequest> {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Write to").weak());
             let field = egui::TextEdit::singleline(&mut self.export.output).desired_width(ui.available_width() - 8.0);
@@ -266,8 +266,8 @@ impl ExportDialog {
 
     /// Adds the button that exports, or those that answer the question about files of the user. `arguments` are those of
     /// the program.
-    fn answer(&mut self, ui: &mut Ui, may: bool, arguments: Vec<String>) -> Option<Request> {
-        let run = |export: &Export| Request::Run(arguments, export.output_path());
+    fn answer(&mut self, ui: &mut Ui, may: bool, arguments: Vec<String>) -> Option<ExportRequest> {
+        let run = |export: &Export| ExportRequest::Run(arguments, export.output_path());
         let Some(question) = &self.question else {
             let export = ui.add_enabled(may, egui::Button::new("Export"));
             if !export.on_hover_text("Draw it in the background, with this command line").clicked() {

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::camera_moves::{Glide, Stand, Zoom};
+use super::camera_moves::{Glide, Viewpoint, Zoom};
 use crate::scene::camera::Camera;
 use crate::scene::view::Pose;
 
@@ -110,7 +110,7 @@ pub(crate) struct FlyCamera {
     pub(super) glide: Option<Glide>,
     /// Where a camera path has placed the camera. While it is there, it is exactly where a film has it, even below the
     /// clearance.
-    placed: Option<Stand>,
+    placed: Option<Viewpoint>,
 }
 
 impl FlyCamera {
@@ -208,7 +208,7 @@ impl FlyCamera {
         self.yaw_deg = camera.yaw_deg.rem_euclid(360.0);
         self.pitch_deg = camera.pitch_deg;
         self.fov_deg = camera.fov_deg;
-        self.placed = Some(self.stand());
+        self.placed = Some(self.viewpoint());
     }
 
     /// Returns the pose for the renderer.
@@ -270,7 +270,7 @@ impl FlyCamera {
     }
 
     fn clear_ground(&mut self, ground_m: impl Fn(DVec2) -> f64) {
-        if self.placed == Some(self.stand()) {
+        if self.placed == Some(self.viewpoint()) {
             return;
         }
         let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(self.least_clearance_m());
@@ -366,9 +366,9 @@ mod tests {
         assert!(camera.is_still());
         near(camera.yaw_deg, 40.0, 1e-9);
         near(camera.pitch_deg, 5.0, 1e-9);
-        let rest = camera.stand();
+        let rest = camera.viewpoint();
         assert!(!camera.advance(&still, 1.0, FLAT));
-        assert_eq!(camera.stand(), rest);
+        assert_eq!(camera.viewpoint(), rest);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use egui::{Key, RichText, Ui};
 
-use super::browse::Wanted;
+use super::browse::DialogKind;
 use super::panel::WARNING;
 use crate::file::message::named;
 use crate::studio::recent::Entry;
@@ -14,11 +14,11 @@ const MARGIN: f32 = 16.0;
 
 /// A request of the user in the dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Request {
+pub(super) enum OpenRequest {
     /// Open this file, address or name.
     Open(String),
     /// Show the dialog of the system.
-    Browse(Wanted),
+    Browse(DialogKind),
     /// Open the built-in world.
     BuiltIn,
 }
@@ -57,7 +57,7 @@ impl OpenDialog {
     }
 
     /// Lays out the dialog and returns what the user asks for.
-    pub(super) fn show(&mut self, context: &egui::Context) -> Option<Request> {
+    pub(super) fn show(&mut self, context: &egui::Context) -> Option<OpenRequest> {
         if !self.is_open {
             return None;
         }
@@ -78,7 +78,7 @@ impl OpenDialog {
         request
     }
 
-    fn content(&mut self, ui: &mut Ui, tallest: f32) -> Option<Request> {
+    fn content(&mut self, ui: &mut Ui, tallest: f32) -> Option<OpenRequest> {
         let mut request = None;
         ui.add(egui::Label::new("A scene, a DEM, a folder of DEMs, a model (OBJ), an address, a style or a camera path. Files may also be dropped on the window.").wrap());
         ui.horizontal(|ui| {
@@ -96,18 +96,18 @@ impl OpenDialog {
             let is_named = !self.text.trim().is_empty();
             let open = ui.add_enabled(is_named, egui::Button::new("Open")).on_hover_text("Open it (Enter)");
             if (open.clicked() || has_enter) && is_named {
-                request = Some(Request::Open(self.text.trim().to_owned()));
+                request = Some(OpenRequest::Open(self.text.trim().to_owned()));
             }
         });
         ui.horizontal(|ui| {
             if ui.button("Choose a file…").clicked() {
-                request = Some(Request::Browse(Wanted::File));
+                request = Some(OpenRequest::Browse(DialogKind::File));
             }
             if ui.button("Choose a folder…").clicked() {
-                request = Some(Request::Browse(Wanted::Folder));
+                request = Some(OpenRequest::Browse(DialogKind::Folder));
             }
             if ui.button("Built-in world").on_hover_text("Procedural mountains").clicked() {
-                request = Some(Request::BuiltIn);
+                request = Some(OpenRequest::BuiltIn);
             }
         });
         if let Some(error) = &self.error {
@@ -121,7 +121,7 @@ impl OpenDialog {
         egui::ScrollArea::vertical().max_height(tallest.max(60.0)).show(ui, |ui| {
             for entry in &self.entries {
                 if recent(ui, entry) {
-                    request = Some(Request::Open(entry.name.clone()));
+                    request = Some(OpenRequest::Open(entry.name.clone()));
                 }
             }
         });
@@ -152,7 +152,7 @@ mod tests {
     #[derive(Default)]
     struct Bench {
         dialog: OpenDialog,
-        requests: Vec<Request>,
+        requests: Vec<OpenRequest>,
     }
 
     fn entries() -> Vec<Entry> {
@@ -195,11 +195,11 @@ mod tests {
         harness.get_by_label(gone).click();
         harness.run();
         let wanted = [
-            Request::Open("/data/new.tif".to_owned()),
-            Request::Browse(Wanted::File),
-            Request::Browse(Wanted::Folder),
-            Request::BuiltIn,
-            Request::Open("/data/alps.tif".to_owned()),
+            OpenRequest::Open("/data/new.tif".to_owned()),
+            OpenRequest::Browse(DialogKind::File),
+            OpenRequest::Browse(DialogKind::Folder),
+            OpenRequest::BuiltIn,
+            OpenRequest::Open("/data/alps.tif".to_owned()),
         ];
         assert_eq!(harness.state().requests, wanted);
     }

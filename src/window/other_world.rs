@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::background::{Background, NoResult};
-use super::works::Work;
+use super::works::BackgroundTask;
 use super::{FlightWorld, Lasting};
 use crate::file::message::{chain, named};
 use crate::frame::{self, Light};
@@ -24,7 +24,7 @@ const LONGEST: Duration = Duration::from_secs(20);
 const LOOK: Duration = Duration::from_millis(3);
 
 /// The world to open, and the window that shows it.
-pub(super) struct Wanted {
+pub(super) struct WorldToOpen {
     /// The device of the window.
     pub gpu: Gpu,
     /// Path of a scene, a DEM or a folder, an address, or the name of a built-in scene; `None` is the built-in world.
@@ -52,19 +52,19 @@ pub(super) struct OtherWorld {
     /// The seed that replaces its own, if it is the present world with another seed.
     pub seed: Option<u32>,
     /// How far it is.
-    pub work: Arc<Work>,
+    pub work: Arc<BackgroundTask>,
     done: Background<Result<Box<FlightWorld>, String>>,
 }
 
 impl OtherWorld {
     /// Begins to open a world, and calls `wake` when there is progress and when it is open.
-    pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + Sync + 'static) -> Self {
-        let name = wanted.name.clone().unwrap_or_default();
-        let seed = wanted.overrides.seed;
-        let title = format!("Opening {}", title_with_seed(wanted.name.as_deref(), seed));
-        let work = Arc::new(Work::new(title, wake));
+    pub(super) fn start(to_open: WorldToOpen, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let name = to_open.name.clone().unwrap_or_default();
+        let seed = to_open.overrides.seed;
+        let title = format!("Opening {}", title_with_seed(to_open.name.as_deref(), seed));
+        let work = Arc::new(BackgroundTask::new(title, wake));
         let [of_thread, at_end] = [Arc::clone(&work), Arc::clone(&work)];
-        let open = move || open(wanted, &of_thread).map(Box::new);
+        let open = move || open(to_open, &of_thread).map(Box::new);
         let done = Background::start("world", open, move || at_end.wake());
         Self { name, seed, work, done }
     }
@@ -81,8 +81,8 @@ impl OtherWorld {
 }
 
 /// Opens a world as `fly` does, and loads the tiles of its start view.
-fn open(wanted: Wanted, work: &Work) -> Result<FlightWorld, String> {
-    let Wanted { gpu, name, reach, overrides, exaggeration, options, tile_memory_mib, size_px, style } = wanted;
+fn open(to_open: WorldToOpen, work: &BackgroundTask) -> Result<FlightWorld, String> {
+    let WorldToOpen { gpu, name, reach, overrides, exaggeration, options, tile_memory_mib, size_px, style } = to_open;
     let scene = scene_of(name.as_deref(), reach).map_err(|error| chain(&error))?;
     let own_forest = scene.forest.clone();
     let scene = overrides.over(scene).map_err(|error| format!("{}: {error}", title(name.as_deref())))?;
@@ -114,7 +114,7 @@ fn open(wanted: Wanted, work: &Work) -> Result<FlightWorld, String> {
     Ok(world)
 }
 
-impl Work {
+impl BackgroundTask {
     fn report_tiles(&self) {
         crate::source::Progress::report(self, "loading tiles", 1.0);
     }
@@ -155,8 +155,8 @@ mod tests {
         grid_of(150, 130, 30.0, rough_height_m)
     }
 
-    fn wanted(gpu: &Gpu, name: &Path) -> Wanted {
-        Wanted {
+    fn world_to_open(gpu: &Gpu, name: &Path) -> WorldToOpen {
+        WorldToOpen {
             gpu: gpu.clone(),
             name: Some(name.display().to_string()),
             reach: Reach::SceneFolder,
@@ -169,10 +169,10 @@ mod tests {
         }
     }
 
-    fn opened(wanted: Wanted) -> Result<Box<FlightWorld>, String> {
+    fn opened(to_open: WorldToOpen) -> Result<Box<FlightWorld>, String> {
         let (sender, woken) = channel();
         let sender = std::sync::Mutex::new(sender);
-        let opening = OtherWorld::start(wanted, move || _ = sender.lock().unwrap().send(()));
+        let opening = OtherWorld::start(to_open, move || _ = sender.lock().unwrap().send(()));
         loop {
             if let Some(done) = opening.take() {
                 return done;
@@ -187,7 +187,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("land.tif");
         bake(&grid(), &path, &BakeOptions::default(), &Silent).unwrap();
-        let world = opened(wanted(&gpu, &path)).unwrap();
+        let world = opened(world_to_open(&gpu, &path)).unwrap();
         assert_eq!((&*world.name, world.world.as_deref()), ("land.tif", path.to_str()));
         assert_eq!(world.more, More { tile_memory: Some(64), ..More::default() });
         let ground_m = world.surfaces.terrain.height_m(world.start.position_m.truncate());
@@ -205,33 +205,33 @@ mod tests {
             if let Some(text) = text {
                 crate::file::atomic::write(&path, text.as_bytes()).unwrap();
             }
-            let Err(error) = opened(wanted(&gpu, &path)) else { panic!("{name}") };
+            let Err(error) = opened(world_to_open(&gpu, &path)) else { panic!("{name}") };
             assert!(error.contains(name) && !error.contains('\n'), "{error}");
         }
         // A scene reaches no further than on the command line.
         let scene = folder.path().join("far.toml");
         crate::file::atomic::write(&scene, b"[world]\ndem = \"/etc/passwd\"\n").unwrap();
-        let Err(error) = opened(wanted(&gpu, &scene)) else { panic!() };
+        let Err(error) = opened(world_to_open(&gpu, &scene)) else { panic!() };
         assert!(error.contains("outside the scene's folder"), "{error}");
     }
 
     #[test]
     fn a_cancelled_bake_stops() {
         let cache = tempfile::tempdir().unwrap();
-        let bake_with = |work: &Work| {
+        let bake_with = |work: &BackgroundTask| {
             let load = || Ok::<_, SourceError>(grid());
             store::open_or_bake_key("a key", "a name", load, Some(cache.path()), work)
         };
-        let work = Work::new("a bake".to_owned(), || ());
+        let work = BackgroundTask::new("a bake".to_owned(), || ());
         work.cancel();
         assert!(matches!(bake_with(&work), Err(PyramidError::Stopped)));
-        let work = Work::new("a bake".to_owned(), || ());
+        let work = BackgroundTask::new("a bake".to_owned(), || ());
         assert!(bake_with(&work).is_ok(), "planted: a bake that is not cancelled");
         // Nor are the files of a folder read one after the other.
         let Some(gpu) = gpu() else { return };
         let path = cache.path().join("land.tif");
         bake(&grid(), &path, &BakeOptions::default(), &Silent).unwrap();
         work.cancel();
-        assert!(open(wanted(&gpu, &path), &work).is_err_and(|error| error.contains("stopped")));
+        assert!(open(world_to_open(&gpu, &path), &work).is_err_and(|error| error.contains("stopped")));
     }
 }

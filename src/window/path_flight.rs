@@ -16,7 +16,7 @@ use crate::tiles::terrain::GroundHeights;
 use crate::world::path_fit;
 
 /// The path to read, and the world in which it is flown.
-pub(super) struct Wanted {
+pub(super) struct PathToRead {
     /// The file, or the name of a built-in path.
     pub path: PathBuf,
     /// The world's name as it was given; `None` is the built-in world.
@@ -43,9 +43,9 @@ pub(super) struct Reading(Background<Result<Read, String>>, PathBuf);
 
 impl Reading {
     /// Begins to read a path, and calls `wake` when it is read.
-    pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + 'static) -> Self {
-        let path = wanted.path.clone();
-        Self(Background::start("camera path", move || read(wanted), wake), path)
+    pub(super) fn start(to_read: PathToRead, wake: impl Fn() + Send + 'static) -> Self {
+        let path = to_read.path.clone();
+        Self(Background::start("camera path", move || read(to_read), wake), path)
     }
 
     /// Takes the path, or why it cannot be flown; `None` while it is being read.
@@ -59,8 +59,8 @@ impl Reading {
 ///
 /// # Errors
 /// One line with the file and the cause: it is invalid, or made for another world.
-pub(super) fn read(wanted: Wanted) -> Result<Read, String> {
-    let Wanted { path: name, world_name, world, ground } = wanted;
+pub(super) fn read(to_read: PathToRead) -> Result<Read, String> {
+    let PathToRead { path: name, world_name, world, ground } = to_read;
     path_fit::check_name(&name, world_name.as_deref(), &world).map_err(|error| {
         // There is no option in a window.
         error.to_string().trim_start_matches("--path ").to_owned()
@@ -206,7 +206,7 @@ mod tests {
             }
             let path = if text.is_empty() { PathBuf::from(name) } else { path };
             let world = World::File("own.tif".into());
-            read(Wanted { path, world_name: Some("own.tif".to_owned()), world, ground: terrain.ground_heights() })
+            read(PathToRead { path, world_name: Some("own.tif".to_owned()), world, ground: terrain.ground_heights() })
         };
         let header = "t,x,y,z,yaw,pitch,fov\n";
         let fits = read_text("fits.csv", &format!("{header}0,100,0,+50,0,0,50\n1,200,0,900,0,0,50\n")).unwrap();

@@ -25,9 +25,9 @@ const VIEWS: [f32; 2] = [150.0, 260.0];
 
 /// A request of the user in the panel.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Request {
+pub(super) enum PathRequest {
     /// Change the path.
-    Edit(Edit),
+    PathEdit(PathEdit),
     /// Move the playhead, and the camera with it.
     Seek(f64),
     /// Play, or pause.
@@ -60,7 +60,7 @@ pub(super) enum Request {
 
 /// A change of the path. Keys are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Edit {
+pub(super) enum PathEdit {
     /// Add a key with the present view.
     Add,
     /// Add a key with another camera.
@@ -82,7 +82,7 @@ pub(super) enum Edit {
 
 /// The contents of the panel.
 #[derive(Clone, Copy)]
-pub(super) struct Shown<'a> {
+pub(super) struct PathState<'a> {
     pub document: &'a PathDocument,
     pub player: &'a Player,
     pub views: &'a Views,
@@ -135,33 +135,33 @@ impl PathPanel {
         &mut self,
         document: &mut PathDocument,
         player: &mut Player,
-        edit: Edit,
+        edit: PathEdit,
         here: &Camera,
     ) -> Result<(), String> {
         self.discards = false;
         match edit {
-            Edit::Add => self.add(document, player, here)?,
-            Edit::AddCamera(camera) => self.add(document, player, &camera)?,
-            Edit::Replace(index) => document.replace(index, here)?,
-            Edit::Remove(index) => {
+            PathEdit::Add => self.add(document, player, here)?,
+            PathEdit::AddCamera(camera) => self.add(document, player, &camera)?,
+            PathEdit::Replace(index) => document.replace(index, here)?,
+            PathEdit::Remove(index) => {
                 document.remove(index)?;
                 self.selected = None;
             }
-            Edit::Move(index, time_s) => {
+            PathEdit::Move(index, time_s) => {
                 document.move_to(index, time_s)?;
                 player.playhead_s = document.keys()[index].time_s;
             }
-            Edit::Ease(index, ease) => document.set_ease(index, ease)?,
-            Edit::Duration(duration_s) => {
+            PathEdit::Ease(index, ease) => document.set_ease(index, ease)?,
+            PathEdit::Duration(duration_s) => {
                 let before_s = document.span_s();
                 document.set_duration(duration_s)?;
                 let after_s = document.span_s();
                 let part = (player.playhead_s - before_s[0]) / (before_s[1] - before_s[0]).max(1e-9);
                 player.playhead_s = after_s[0] + part * (after_s[1] - after_s[0]);
             }
-            Edit::Release => document.release(),
-            Edit::Undo => _ = document.undo(),
-            Edit::Redo => _ = document.redo(),
+            PathEdit::Release => document.release(),
+            PathEdit::Undo => _ = document.undo(),
+            PathEdit::Redo => _ = document.redo(),
         }
         self.selected = self.selected.filter(|index| *index < document.keys().len());
         Ok(())
@@ -179,7 +179,7 @@ impl PathPanel {
     }
 
     /// Lays out the panel and returns what the user asks for.
-    pub(super) fn show(&mut self, ui: &mut Ui, shown: &Shown<'_>) -> Vec<Request> {
+    pub(super) fn show(&mut self, ui: &mut Ui, shown: &PathState<'_>) -> Vec<PathRequest> {
         let mut requests = Vec::new();
         let keys = shown.document.keys().len();
         self.selected = self.selected.filter(|index| *index < keys);
@@ -207,23 +207,23 @@ impl PathPanel {
             });
         });
         let deletes = !ui.ctx().text_edit_focused() && ui.input(|input| input.key_pressed(Key::Delete));
-        requests.extend(self.selected.filter(|_| deletes).map(|index| Request::Edit(Edit::Remove(index))));
+        requests.extend(self.selected.filter(|_| deletes).map(|index| PathRequest::PathEdit(PathEdit::Remove(index))));
         requests
     }
 
-    fn file_row(&mut self, ui: &mut Ui, shown: &Shown<'_>, requests: &mut Vec<Request>) {
+    fn file_row(&mut self, ui: &mut Ui, shown: &PathState<'_>, requests: &mut Vec<PathRequest>) {
         let document = shown.document;
         let has_keys = !document.keys().is_empty();
         ui.separator();
         let [undo, redo] = document.step_names();
-        let steps = [("Undo", undo, Edit::Undo), ("Redo", redo, Edit::Redo)];
+        let steps = [("Undo", undo, PathEdit::Undo), ("Redo", redo, PathEdit::Redo)];
         for (text, step, edit) in steps {
             let button = ui.add_enabled(step.is_some(), Button::new(text));
             name(&button, &format!("{text} an edit of the path"));
             let hint =
                 format!("{text}: {} (Ctrl Z, Ctrl Y while the mouse is over this panel)", step.unwrap_or_default());
             if button.on_hover_text(hint).clicked() {
-                requests.push(Request::Edit(edit));
+                requests.push(PathRequest::PathEdit(edit));
             }
         }
         ui.separator();
@@ -231,7 +231,7 @@ impl PathPanel {
         let save = ui.add_enabled(may_save, Button::new("Save"));
         name(&save, "Save the path");
         if save.on_hover_text("Write the file (Ctrl S while the mouse is over this panel)").clicked() {
-            requests.push(Request::Save);
+            requests.push(PathRequest::Save);
         }
         let save_as = ui.add_enabled(has_keys, Button::new("Save as…"));
         name(&save_as, "Save the path as");
@@ -244,7 +244,7 @@ impl PathPanel {
             .on_hover_text("Open a CSV file or a built-in path (Ctrl O); files may also be dropped on the window")
             .clicked()
         {
-            requests.push(Request::Open);
+            requests.push(PathRequest::Open);
         }
         let is_new = !has_keys && document.name().is_empty();
         let text = if self.discards { "Discard the edits" } else { "New" };
@@ -253,12 +253,12 @@ impl PathPanel {
         if new.on_hover_text("Begin a path without key frames").clicked() {
             match document.is_edited() && !self.discards {
                 true => self.discards = true,
-                false => requests.push(Request::New),
+                false => requests.push(PathRequest::New),
             }
         }
         let film = ui.add_enabled(has_keys, Button::new("Render film…"));
         if film.on_hover_text("A film or numbered frames along this path, drawn in the background").clicked() {
-            requests.push(Request::Film);
+            requests.push(PathRequest::Film);
         }
         ui.separator();
         let title = match document.name() {
@@ -271,13 +271,13 @@ impl PathPanel {
     }
 
     /// Adds the field for a new name, the error of the last request, and the question about edits of an earlier run.
-    fn notices(&mut self, ui: &mut Ui, shown: &Shown<'_>, requests: &mut Vec<Request>) {
+    fn notices(&mut self, ui: &mut Ui, shown: &PathState<'_>, requests: &mut Vec<PathRequest>) {
         if shown.has_kept {
             ui.horizontal_wrapped(|ui| {
                 ui.label("An earlier run ended with edits of this path that were not saved.");
                 for (text, restores) in [("Restore the edits", true), ("Discard them", false)] {
                     if ui.button(text).clicked() {
-                        requests.push(Request::Restore(restores));
+                        requests.push(PathRequest::Restore(restores));
                     }
                 }
             });
@@ -296,7 +296,7 @@ impl PathPanel {
                 let write = ui.button("Save");
                 name(&write, "Write the camera path");
                 if write.clicked() || has_enter {
-                    requests.push(Request::SaveAs(text.clone()));
+                    requests.push(PathRequest::SaveAs(text.clone()));
                 }
                 closes |= ui.button("Cancel").clicked();
             });
@@ -310,7 +310,7 @@ impl PathPanel {
         }
     }
 
-    fn key_list(&mut self, ui: &mut Ui, shown: &Shown<'_>, height: f32, requests: &mut Vec<Request>) {
+    fn key_list(&mut self, ui: &mut Ui, shown: &PathState<'_>, height: f32, requests: &mut Vec<PathRequest>) {
         let keys = shown.document.keys();
         if keys.is_empty() {
             let text = "No key frames yet. Fly to a view and press N, or add a named view; the camera flies a smooth \
@@ -330,7 +330,7 @@ impl PathPanel {
         });
     }
 
-    fn key_row(&mut self, ui: &mut Ui, shown: &Shown<'_>, index: usize, requests: &mut Vec<Request>) {
+    fn key_row(&mut self, ui: &mut Ui, shown: &PathState<'_>, index: usize, requests: &mut Vec<PathRequest>) {
         let key = &shown.document.keys()[index];
         let number = index + 1;
         ui.horizontal(|ui| {
@@ -338,32 +338,32 @@ impl PathPanel {
             let label = ui.selectable_label(self.selected == Some(index), format!("Key {number}"));
             if label.on_hover_text("Go to this key frame").clicked() {
                 self.selected = Some(index);
-                requests.push(Request::Seek(key.time_s));
+                requests.push(PathRequest::Seek(key.time_s));
             }
             let mut time_s = key.time_s;
             let value =
                 DragValue::new(&mut time_s).speed(0.02).suffix(" s").max_decimals(3).update_while_editing(false);
             let value = ui.add(value).on_hover_text("Time of this key frame");
             name(&value, &format!("Time of key {number}"));
-            changed(&value, Edit::Move(index, time_s), requests);
+            changed(&value, PathEdit::Move(index, time_s), requests);
             let mut ease = 100.0 * key.ease;
             let value = DragValue::new(&mut ease).speed(0.5).range(0.0..=100.0).prefix("slows ").suffix(" %");
             let value = ui.add(value.max_decimals(0).update_while_editing(false));
             let hint = "How much the camera slows down here: at 0 % it passes through, at 100 % it comes to rest";
             let value = value.on_hover_text(hint);
             name(&value, &format!("Ease of key {number}, percent"));
-            changed(&value, Edit::Ease(index, ease / 100.0), requests);
+            changed(&value, PathEdit::Ease(index, ease / 100.0), requests);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let delete =
                     ui.small_button("Delete").on_hover_text("Delete this key frame (Delete, if it is selected)");
                 name(&delete, &format!("Delete key {number}"));
                 if delete.clicked() {
-                    requests.push(Request::Edit(Edit::Remove(index)));
+                    requests.push(PathRequest::PathEdit(PathEdit::Remove(index)));
                 }
                 let replace = ui.small_button("Update").on_hover_text("Replace its camera by the present view");
                 name(&replace, &format!("Replace key {number} by the present view"));
                 if replace.clicked() {
-                    requests.push(Request::Edit(Edit::Replace(index)));
+                    requests.push(PathRequest::PathEdit(PathEdit::Replace(index)));
                 }
                 let text = RichText::new(key.camera.to_string()).monospace().size(9.0).weak();
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| ui.add(Label::new(text).truncate()));
@@ -373,24 +373,24 @@ impl PathPanel {
 }
 
 /// Adds the controls of the playhead, and the button that adds a key.
-fn play_row(ui: &mut Ui, shown: &Shown<'_>, requests: &mut Vec<Request>) {
+fn play_row(ui: &mut Ui, shown: &PathState<'_>, requests: &mut Vec<PathRequest>) {
     let [first_s, last_s] = shown.document.span_s();
     let has_curve = first_s < last_s;
     let plays = shown.player.is_playing();
     let play = ui.add_enabled(has_curve, Button::new(if plays { "Pause" } else { "Play" }));
     if play.on_hover_text("Fly along the path as a film does (J)").clicked() {
-        requests.push(Request::Play(!plays));
+        requests.push(PathRequest::Play(!plays));
     }
     let mut loops = shown.player.loops;
     if ui.checkbox(&mut loops, "Loop").on_hover_text("Begin again after the last key frame").changed() {
-        requests.push(Request::Loop(loops));
+        requests.push(PathRequest::Loop(loops));
     }
     let mut playhead_s = shown.player.playhead_s;
     let value = DragValue::new(&mut playhead_s).speed(0.05).range(first_s..=last_s).suffix(" s").fixed_decimals(2);
     let value = ui.add_enabled(has_curve, value.update_while_editing(false)).on_hover_text("Time of the playhead");
     name(&value, "Time of the playhead");
     if value.changed() && playhead_s != shown.player.playhead_s {
-        requests.push(Request::Seek(playhead_s));
+        requests.push(PathRequest::Seek(playhead_s));
     }
     ui.label(RichText::new("of").weak());
     let mut duration_s = last_s - first_s;
@@ -400,19 +400,19 @@ fn play_row(ui: &mut Ui, shown: &Shown<'_>, requests: &mut Vec<Request>) {
     let value = ui.add_enabled(has_curve, value);
     let value = value.on_hover_text("Duration of the path: all times are stretched or shrunk");
     name(&value, "Duration of the path");
-    changed(&value, Edit::Duration(duration_s), requests);
+    changed(&value, PathEdit::Duration(duration_s), requests);
     ui.separator();
     let add = ui.button("Add key").on_hover_text("Add a key frame with the present view (N)");
     if add.clicked() {
-        requests.push(Request::Edit(Edit::Add));
+        requests.push(PathRequest::PathEdit(PathEdit::Add));
     }
 }
 
-fn view_list(ui: &mut Ui, shown: &Shown<'_>, height: f32, requests: &mut Vec<Request>) {
+fn view_list(ui: &mut Ui, shown: &PathState<'_>, height: f32, requests: &mut Vec<PathRequest>) {
     ScrollArea::vertical().id_salt("views").auto_shrink(false).max_height(height).show(ui, |ui| {
         let add = ui.button("Add view").on_hover_text("Remember the present view of this world under a name (M)");
         if add.clicked() {
-            requests.push(Request::AddView);
+            requests.push(PathRequest::AddView);
         }
         for (index, view) in shown.views.list().iter().enumerate() {
             ui.push_id(index, |ui| view_row(ui, index, view, requests));
@@ -420,45 +420,45 @@ fn view_list(ui: &mut Ui, shown: &Shown<'_>, height: f32, requests: &mut Vec<Req
     });
 }
 
-fn view_row(ui: &mut Ui, index: usize, view: &crate::studio::views::NamedView, requests: &mut Vec<Request>) {
+fn view_row(ui: &mut Ui, index: usize, view: &crate::studio::views::NamedView, requests: &mut Vec<PathRequest>) {
     let number = index + 1;
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let delete = ui.small_button("Delete");
             name(&delete, &format!("Delete view {number}"));
             if delete.clicked() {
-                requests.push(Request::RemoveView(index));
+                requests.push(PathRequest::RemoveView(index));
             }
             let key = ui.small_button("Key").on_hover_text("Add a key frame with this view");
             name(&key, &format!("Add view {number} as a key frame"));
             if key.clicked() {
-                requests.push(Request::Edit(Edit::AddCamera(view.camera)));
+                requests.push(PathRequest::PathEdit(PathEdit::AddCamera(view.camera)));
             }
             let go = ui.small_button("Go").on_hover_text("Fly there");
             name(&go, &format!("Go to view {number}"));
             if go.clicked() {
-                requests.push(Request::GoTo(index));
+                requests.push(PathRequest::GoTo(index));
             }
             let mut text = view.name.clone();
             let field = ui.add(TextEdit::singleline(&mut text).desired_width(ui.available_width()));
             name(&field, &format!("Name of view {number}"));
             if field.changed() {
-                requests.push(Request::Rename(index, text));
+                requests.push(PathRequest::Rename(index, text));
             }
             if field.lost_focus() {
-                requests.push(Request::KeepViews);
+                requests.push(PathRequest::KeepViews);
             }
         });
     });
 }
 
 /// Requests the edit of a number that has changed, and ends the step when it is released.
-fn changed(value: &Response, edit: Edit, requests: &mut Vec<Request>) {
+fn changed(value: &Response, edit: PathEdit, requests: &mut Vec<PathRequest>) {
     if value.changed() {
-        requests.push(Request::Edit(edit));
+        requests.push(PathRequest::PathEdit(edit));
     }
     if value.drag_stopped() || value.lost_focus() {
-        requests.push(Request::Edit(Edit::Release));
+        requests.push(PathRequest::PathEdit(PathEdit::Release));
     }
 }
 

@@ -22,7 +22,7 @@ pub(super) const FORMS: &str = "a latitude and longitude like 46.5370,7.9622, pr
 
 /// A place or a camera, as it is typed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Goal {
+pub(super) enum TypedPlace {
     /// Latitude and longitude.
     Earth(LatLon),
     /// Easting and northing of the world's reference system, in its units.
@@ -33,7 +33,7 @@ pub(super) enum Goal {
     Camera(Camera),
 }
 
-impl FromStr for Goal {
+impl FromStr for TypedPlace {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -95,8 +95,8 @@ impl Places {
         Self { mapping, earth, projected, corners_m, name: store.name() }
     }
 
-    /// Returns the coordinates of a place, as [`Goal`] reads them: latitude and longitude, and those of the reference
-    /// system or of the world.
+    /// Returns the coordinates of a place, as [`TypedPlace`] reads them: latitude and longitude, and those of the
+    /// reference system or of the world.
     pub(super) fn texts(&self, world_m: DVec2) -> Vec<String> {
         let degrees = self.earth.as_ref().ok().and_then(|grid| grid.degrees(world_m));
         // A hundred-thousandth of a degree is about a metre.
@@ -120,22 +120,22 @@ impl Places {
     ///
     /// # Errors
     /// The place is outside of the world, or the world has no such coordinates. The message is one line.
-    pub(super) fn world_m(&self, goal: &Goal, text: &str) -> Result<DVec2, String> {
+    pub(super) fn world_m(&self, typed: &TypedPlace, text: &str) -> Result<DVec2, String> {
         let text = shown(text.trim());
-        match goal {
-            Goal::Earth(LatLon { latitude_deg, longitude_deg }) => {
+        match typed {
+            TypedPlace::Earth(LatLon { latitude_deg, longitude_deg }) => {
                 let grid = self.earth.as_ref().map_err(|cause| format!("{text}: {cause}"))?;
                 grid.world_m(DVec2::new(*longitude_deg, *latitude_deg)).ok_or_else(|| {
                     let extent = grid.extent_text().map(|extent| format!(", whose {extent}")).unwrap_or_default();
                     format!("{text}: outside of {}{extent}", named(&self.name))
                 })
             }
-            Goal::Projected(_) if self.projected.is_none() => {
+            TypedPlace::Projected(_) if self.projected.is_none() => {
                 Err(format!("{text}: the world has no projected coordinates"))
             }
-            Goal::Projected(crs) => self.inside(self.mapping.world_from_crs(*crs), &text),
-            Goal::World(world_m) => self.inside(*world_m, &text),
-            Goal::Camera(camera) => Ok(camera.position_m.truncate()),
+            TypedPlace::Projected(crs) => self.inside(self.mapping.world_from_crs(*crs), &text),
+            TypedPlace::World(world_m) => self.inside(*world_m, &text),
+            TypedPlace::Camera(camera) => Ok(camera.position_m.truncate()),
         }
     }
 
@@ -180,27 +180,27 @@ mod tests {
 
     #[test]
     fn no_form_is_taken_for_another() {
-        let earth = Goal::Earth(LatLon { latitude_deg: 46.537, longitude_deg: 7.9622 });
+        let earth = TypedPlace::Earth(LatLon { latitude_deg: 46.537, longitude_deg: 7.9622 });
         for text in ["46.5370,7.9622", " 46.537, 7.9622 ", "46.537°, 7.9622°"] {
             assert_eq!(text.parse(), Ok(earth), "{text}");
         }
-        let south = Goal::Earth(LatLon { latitude_deg: -3.5, longitude_deg: -70.25 });
+        let south = TypedPlace::Earth(LatLon { latitude_deg: -3.5, longitude_deg: -70.25 });
         assert_eq!("\u{2212}3.5,\u{2212}70.25".parse(), Ok(south));
-        let projected = Goal::Projected(DVec2::new(594_123.0, 5_189_456.5));
+        let projected = TypedPlace::Projected(DVec2::new(594_123.0, 5_189_456.5));
         for text in ["E594123,N5189456.5", "e 594 123, n 5 189 456.5"] {
             assert_eq!(text.parse(), Ok(projected), "{text}");
         }
         // Small projected coordinates are no degrees, and metres of the world are neither.
-        assert_eq!("E46,N7".parse(), Ok(Goal::Projected(DVec2::new(46.0, 7.0))));
-        assert_eq!("x46,y-7".parse(), Ok(Goal::World(DVec2::new(46.0, -7.0))));
-        assert!(matches!("1,2,+300,0,-10,50".parse(), Ok(Goal::Camera(_))));
+        assert_eq!("E46,N7".parse(), Ok(TypedPlace::Projected(DVec2::new(46.0, 7.0))));
+        assert_eq!("x46,y-7".parse(), Ok(TypedPlace::World(DVec2::new(46.0, -7.0))));
+        assert!(matches!("1,2,+300,0,-10,50".parse(), Ok(TypedPlace::Camera(_))));
         // Planted errors: projected coordinates without letters, letters the wrong way round, and others.
         for wrong in ["594123,5189456", "N5189456,E594123", "E594123,5189456", "x1,N2", "", "46.5", "1,2,3", "Enan,N1"]
         {
-            let error = wrong.parse::<Goal>().unwrap_err();
+            let error = wrong.parse::<TypedPlace>().unwrap_err();
             assert!(error.contains("46.5370,7.9622") && !error.contains('\n'), "{wrong}: {error}");
         }
-        assert!("1,2,x,0,-10,50".parse::<Goal>().unwrap_err().contains("camera"));
+        assert!("1,2,x,0,-10,50".parse::<TypedPlace>().unwrap_err().contains("camera"));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What tests need that drive the window from outside, with real mouse and key events: where its widgets are, and frames
+//! Aids for tests that drive the window from outside, with real mouse and key events: where its widgets are, and frames
 //! that take long.
 //!
 //! - `HACHURE_WIDGETS=FILE` writes a file after each frame of the window. Its first line is [`HEADER`]; then each widget

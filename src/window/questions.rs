@@ -8,7 +8,7 @@ pub(super) struct Question {
     /// Index of the style in the list.
     pub style: usize,
     /// The subject of the question.
-    pub about: About,
+    pub about: QuestionKind,
     /// Name of the style for people.
     pub name: String,
     /// The text that is taken or left.
@@ -17,7 +17,7 @@ pub(super) struct Question {
 
 /// The subject of a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum About {
+pub(super) enum QuestionKind {
     /// Edits of an earlier run were not saved.
     Unsaved,
     /// Another program has changed the file, and there are edits that are not saved.
@@ -27,8 +27,8 @@ pub(super) enum About {
 impl Question {
     fn words(&self) -> String {
         match self.about {
-            About::Unsaved => format!("{}: an earlier run ended with edits that were not saved.", self.name),
-            About::ChangedFile => {
+            QuestionKind::Unsaved => format!("{}: an earlier run ended with edits that were not saved.", self.name),
+            QuestionKind::ChangedFile => {
                 format!("{} was changed by another program, and has edits here that are not saved.", self.name)
             }
         }
@@ -37,8 +37,8 @@ impl Question {
     /// Returns the names of the buttons that take the text and that leave it.
     fn answers(&self) -> [&'static str; 2] {
         match self.about {
-            About::Unsaved => ["Restore the edits", "Discard them"],
-            About::ChangedFile => ["Load the file", "Keep my edits"],
+            QuestionKind::Unsaved => ["Restore the edits", "Discard them"],
+            QuestionKind::ChangedFile => ["Load the file", "Keep my edits"],
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a window remembers from one run to the next: its size, its world, its style and its panels, and that it has
+//! The memory of a window from one run to the next: its size, its world, its style and its panels, and that it has
 //! welcomed the user. It is the table `[window]` of the settings file, which also has the favourites.
 
 use std::path::PathBuf;

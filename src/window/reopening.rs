@@ -16,7 +16,7 @@ use crate::tiles::terrain::TerrainOptions;
 use crate::world::{OpenWorld, Surfaces, exaggerated};
 
 /// The window and the view for which the land is read.
-pub(super) struct Wanted {
+pub(super) struct LandToRead {
     /// The device of the window.
     pub gpu: Gpu,
     /// The scene, with the new exaggeration and forest.
@@ -44,10 +44,10 @@ pub(super) struct Reopening {
 
 impl Reopening {
     /// Begins to read the land, and calls `wake` when it is there.
-    pub(super) fn start(wanted: Wanted, wake: impl Fn() + Send + 'static) -> Self {
-        let factor = wanted.scene.vertical_exaggeration;
-        let forest = wanted.scene.forest.clone();
-        Self { factor, forest, done: Background::start("heights", move || read(wanted), wake) }
+    pub(super) fn start(to_read: LandToRead, wake: impl Fn() + Send + 'static) -> Self {
+        let factor = to_read.scene.vertical_exaggeration;
+        let forest = to_read.scene.forest.clone();
+        Self { factor, forest, done: Background::start("heights", move || read(to_read), wake) }
     }
 
     /// Takes the land, or why it could not be read; `None` while it is being read.
@@ -57,8 +57,8 @@ impl Reopening {
     }
 }
 
-fn read(wanted: Wanted) -> Result<Surfaces, String> {
-    let Wanted { gpu, scene, heights, options, rig, style, light } = wanted;
+fn read(to_read: LandToRead) -> Result<Surfaces, String> {
+    let LandToRead { gpu, scene, heights, options, rig, style, light } = to_read;
     let store = exaggerated(heights, scene.vertical_exaggeration);
     let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Silent).map_err(|error| error.to_string())?;
     let mut surfaces = world.surfaces;

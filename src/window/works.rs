@@ -1,4 +1,4 @@
-//! Work in the background that takes a while: what it is doing, how far it is, how it is cancelled, and how it ended.
+//! Tasks in the background that take a while: what each is doing, how far it is, how it is cancelled, and how it ended.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -19,7 +19,7 @@ const MOST_ENDED: usize = 5;
 const HIGHEST: f32 = 0.4;
 
 /// Progress of work on another thread.
-pub(super) struct Work {
+pub(super) struct BackgroundTask {
     /// The title of the work, such as `Opening mountain.tif`.
     pub title: String,
     state: Mutex<State>,
@@ -33,7 +33,7 @@ struct State {
     woken: Option<Instant>,
 }
 
-impl Work {
+impl BackgroundTask {
     /// Creates work that has not begun; `wake` makes the window look at it.
     pub(super) fn new(title: String, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let state = Mutex::new(State { step: String::new(), done: 0.0, woken: None });
@@ -62,7 +62,7 @@ impl Work {
     }
 }
 
-impl Progress for Work {
+impl Progress for BackgroundTask {
     fn report(&self, what: &str, done: f32) {
         // The lock guards only what is shown, so a panic elsewhere is harmless.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -120,7 +120,7 @@ impl EndedWorks {
 
 /// A request of the user about a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Request {
+pub(super) enum TaskRequest {
     /// Cancel the work with this index.
     Cancel(usize),
     /// Remove the message with this index.
@@ -132,9 +132,9 @@ pub(super) enum Request {
 /// Shows work, and messages of work that has ended, at the bottom of the window. Returns what the user asks for.
 pub(super) fn show<'a>(
     context: &egui::Context,
-    works: impl Iterator<Item = &'a Work>,
+    works: impl Iterator<Item = &'a BackgroundTask>,
     ended: &EndedWorks,
-) -> Option<Request> {
+) -> Option<TaskRequest> {
     let mut works = works.enumerate().peekable();
     if works.peek().is_none() && ended.0.is_empty() {
         return None;
@@ -154,7 +154,7 @@ pub(super) fn show<'a>(
                     let cancel = ui.button("Cancel").on_hover_text("Stop this; the window stays as it is");
                     name(&cancel, format!("Cancel: {}", work.title));
                     if cancel.clicked() {
-                        request = Some(Request::Cancel(index));
+                        request = Some(TaskRequest::Cancel(index));
                     }
                     ui.add(ProgressBar::new(done).desired_height(14.0).text(RichText::new(step).small()));
                 });
@@ -175,7 +175,7 @@ pub(super) fn show<'a>(
 }
 
 /// Adds a message.
-fn row(ui: &mut Ui, index: usize, ended: &Ended) -> Option<Request> {
+fn row(ui: &mut Ui, index: usize, ended: &Ended) -> Option<TaskRequest> {
     let mut request = None;
     let text = RichText::new(&ended.text);
     ui.add(egui::Label::new(if ended.has_failed { text.color(WARNING) } else { text }).wrap().selectable(true));
@@ -183,14 +183,14 @@ fn row(ui: &mut Ui, index: usize, ended: &Ended) -> Option<Request> {
         let dismiss = ui.button("Dismiss").on_hover_text("Remove this message (Esc removes all)");
         name(&dismiss, format!("Dismiss: {}", ended.text));
         if dismiss.clicked() {
-            request = Some(Request::Dismiss(index));
+            request = Some(TaskRequest::Dismiss(index));
         }
         if let Some(path) = &ended.path {
             let copy = ui.button("Copy the path").on_hover_text(path);
             name(&copy, format!("Copy the path: {path}"));
             if copy.clicked() {
                 ui.copy_text(path.clone());
-                request = Some(Request::Copied);
+                request = Some(TaskRequest::Copied);
             }
         }
     });
@@ -226,9 +226,9 @@ mod tests {
         let harness = Harness::builder().with_size(egui::vec2(640.0, 420.0)).with_step_dt(1.0);
         let state = (works, Vec::new());
         let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
-            |ui, (works, requests): &mut (EndedWorks, Vec<Request>)| {
+            |ui, (works, requests): &mut (EndedWorks, Vec<TaskRequest>)| {
                 let request = show(ui.ctx(), std::iter::empty(), works);
-                if let Some(Request::Dismiss(index)) = request {
+                if let Some(TaskRequest::Dismiss(index)) = request {
                     works.dismiss(index);
                 }
                 requests.extend(request);
@@ -252,7 +252,7 @@ mod tests {
         (0..4).for_each(|_| harness.step());
         assert!(harness.query_by_label("Dismiss: Wrote /home/me/a.png").is_none());
         assert!(harness.query_by_label("Dismiss: --pens: no").is_some(), "the other one stays");
-        assert_eq!(harness.state().1, [Request::Copied, Request::Dismiss(0)]);
+        assert_eq!(harness.state().1, [TaskRequest::Copied, TaskRequest::Dismiss(0)]);
         assert!(harness.state_mut().0.dismiss_all() && !harness.state_mut().0.dismiss_all());
         harness.step();
         assert!(harness.query_by_label("Dismiss: --pens: no").is_none());
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_message_in_place_of_a_progress_bar_is_shown_as_a_whole() {
-        let work = Work::new("Exporting a.svg".to_owned(), || {});
+        let work = BackgroundTask::new("Exporting a.svg".to_owned(), || {});
         let text = format!("Wrote /home/me/a.svg\nWARN a.svg: leaves out tones\n{}", "19 strokes; ".repeat(20));
         let mut ended = EndedWorks::default();
         ended.add(Ended { text: text.clone(), ..wrote("/home/me/a.svg") });

@@ -1,4 +1,4 @@
-//! What the program prints about models and their materials.
+//! The program's output about models and their materials.
 
 use super::Place;
 

@@ -1,4 +1,4 @@
-//! What a file that was exported has: each function says what is wrong with the files in a folder.
+//! Contents of exported files: each function says what is wrong with the files in a folder.
 //!
 //! `planted` is added to what is expected: with 1 instead of 0, each function must fail.
 

@@ -1,4 +1,4 @@
-//! How long it takes until an edit is on the screen.
+//! The time until an edit is on the screen.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! Which frames of a flight are checked, and which are compared with the next frame.
+//! The frames of a flight that are checked, and those that are compared with the next frame.
 
 use std::collections::BTreeSet;
 

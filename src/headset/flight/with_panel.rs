@@ -1,4 +1,4 @@
-//! What the hands do with the panel of a flight, and what the panel says.
+//! The panel of a flight in the hands of its user, and the messages on it.
 
 use std::time::{Duration, Instant};
 

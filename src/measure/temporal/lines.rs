@@ -1,4 +1,4 @@
-//! What becomes of the ink of one frame in another.
+//! The fate of the ink of one frame in another.
 
 use std::collections::HashMap;
 

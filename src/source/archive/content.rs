@@ -1,4 +1,4 @@
-//! What is in a container: the names and the contents of its files, within limits.
+//! The content of a container: the names and the bytes of its files, within limits.
 
 use std::collections::HashSet;
 use std::fs::File;

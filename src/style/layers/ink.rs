@@ -1,4 +1,4 @@
-//! What a layer is to the rest of the program: its inks, the pass that draws it, and its margins.
+//! A layer as the rest of the program sees it: its inks, the pass that draws it, and its margins.
 
 use std::path::PathBuf;
 

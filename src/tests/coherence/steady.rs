@@ -1,4 +1,4 @@
-//! How steady carried strokes are, compared with strokes that are rebuilt in every frame.
+//! The steadiness of carried strokes, compared with strokes that are rebuilt in every frame.
 
 use glam::DVec3;
 use hachure::measure::report::Metrics;

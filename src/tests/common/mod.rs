@@ -1,4 +1,4 @@
-//! What the tests of drawing share: a GPU, data, worlds, pictures.
+//! Helpers of the tests of drawing: a GPU, data, worlds, pictures.
 //!
 //! Many tests have planted errors: deliberate mistakes that a check must catch, which shows that the check works.
 #![allow(dead_code, reason = "each test file uses only some of this")]

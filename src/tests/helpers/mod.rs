@@ -1,4 +1,4 @@
-//! What the tests of drawing share, as `common`, but with private items of the library.
+//! Helpers of the tests of drawing, as `common`, but with private items of the library.
 
 pub mod forest;
 pub mod probe;

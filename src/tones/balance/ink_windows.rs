@@ -1,4 +1,4 @@
-//! How much darker marks must be drawn around each cell. See `shaders/tones/balance/ink_windows.wgsl`.
+//! The factor by which marks must be drawn darker around each cell. See `shaders/tones/balance/ink_windows.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;

@@ -14,7 +14,7 @@ use crate::file::message::printable;
 use crate::file::progress_lines;
 use crate::source::Progress;
 use crate::window::background::{Background, NoResult};
-use crate::window::works::Work;
+use crate::window::works::BackgroundTask;
 
 /// Interval at which the program is looked at.
 const LOOK: Duration = Duration::from_millis(30);
@@ -39,7 +39,7 @@ pub(in crate::window) enum End {
 /// An export that is running.
 pub(in crate::window) struct Run {
     /// How far it is.
-    pub work: Arc<Work>,
+    pub work: Arc<BackgroundTask>,
     /// The path of the output.
     pub output: String,
     end: Background<End>,
@@ -54,7 +54,7 @@ impl Run {
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Self {
         let name = Path::new(output).file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let work = Arc::new(Work::new(format!("Exporting {name}"), wake));
+        let work = Arc::new(BackgroundTask::new(format!("Exporting {name}"), wake));
         let mut command = Command::new(program);
         command.args(arguments).env(progress_lines::VARIABLE, progress_lines::LINES);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -79,7 +79,7 @@ impl Drop for Run {
 }
 
 /// Runs a program to its end.
-fn run(mut command: Command, work: &Arc<Work>) -> End {
+fn run(mut command: Command, work: &Arc<BackgroundTask>) -> End {
     let mut child = match command.spawn() {
         Ok(child) => child,
         Err(error) => {
@@ -135,7 +135,7 @@ fn ask_to_end(child: &mut Child) {
 }
 
 /// Reads lines to the end of a stream, reports progress, and returns the messages.
-fn read(stream: impl Read, work: Option<&Work>) -> Vec<String> {
+fn read(stream: impl Read, work: Option<&BackgroundTask>) -> Vec<String> {
     let mut messages = Vec::new();
     let mut lines = BufReader::new(stream);
     let mut line = Vec::new();

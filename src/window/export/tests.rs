@@ -15,7 +15,7 @@ struct Bench {
     dialog: ExportDialog,
     view: ShownView,
     is_edited: bool,
-    requests: Vec<Request>,
+    requests: Vec<ExportRequest>,
 }
 
 fn view() -> ShownView {
@@ -37,7 +37,7 @@ fn harness<'a>(size: egui::Vec2, is_edited: bool) -> Harness<'a, Bench> {
     let mut harness = harness.build_ui_state(
         |ui, bench: &mut Bench| {
             let Bench { view, is_edited, .. } = bench;
-            let shown = Shown { view, refusal: is_edited.then_some(Refusal::Edited), window_px: [1280, 720] };
+            let shown = WindowView { view, refusal: is_edited.then_some(Refusal::Edited), window_px: [1280, 720] };
             let request = bench.dialog.show(ui.ctx(), &shown);
             bench.requests.extend(request);
         },
@@ -53,7 +53,7 @@ fn exported(harness: &mut Harness<'_, Bench>) -> Vec<String> {
     harness.get_by_label("Export").click();
     harness.run();
     match harness.state_mut().requests.pop() {
-        Some(Request::Run(arguments, _)) => arguments,
+        Some(ExportRequest::Run(arguments, _)) => arguments,
         other => panic!("{other:?}"),
     }
 }
@@ -110,7 +110,7 @@ fn edits_are_saved_before_they_are_exported() {
     assert!(harness.get_by_label("Copy the command").accesskit_node().is_disabled());
     harness.get_by_label("Save the style").click();
     harness.run();
-    assert_eq!(harness.state().requests, [Request::SaveStyle]);
+    assert_eq!(harness.state().requests, [ExportRequest::SaveStyle]);
     harness.state_mut().is_edited = false;
     harness.run();
     assert!(!harness.get_by_label("Export").accesskit_node().is_disabled());
@@ -178,7 +178,7 @@ fn files_of_the_user_are_replaced_only_after_a_question() {
     assert!(harness.query_by_label(&shown).is_some(), "{shown}");
     click(&mut harness, "Replace it");
     match harness.state_mut().requests.pop() {
-        Some(Request::Run(arguments, _)) => assert_eq!(quoted(&arguments), shown),
+        Some(ExportRequest::Run(arguments, _)) => assert_eq!(quoted(&arguments), shown),
         other => panic!("{other:?}"),
     }
     // The next export does not replace what the user has not been asked about.

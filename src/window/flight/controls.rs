@@ -1,4 +1,4 @@
-//! What events do to a flight, and what wakes it.
+//! Events that act on a flight, and the times at which it wakes.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -128,15 +128,15 @@ impl Flight {
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot(),
             Action::Toggle(pane) => self.dock.toggle(pane),
-            Action::Undo if self.is_over_path_panel() => self.edit_path(path_panel::Edit::Undo),
-            Action::Redo if self.is_over_path_panel() => self.edit_path(path_panel::Edit::Redo),
+            Action::Undo if self.is_over_path_panel() => self.edit_path(path_panel::PathEdit::Undo),
+            Action::Redo if self.is_over_path_panel() => self.edit_path(path_panel::PathEdit::Redo),
             Action::Save if self.is_over_path_panel() => self.save_path(),
             Action::SaveAs if self.is_over_path_panel() => self.ask_for_path_name(),
             Action::Undo => self.apply(vec![Edit::Undo], before.style),
             Action::Redo => self.apply(vec![Edit::Redo], before.style),
             Action::Save => self.save_or_ask(),
             Action::SaveAs => self.ask_for_name(),
-            Action::AddKey => self.edit_path(path_panel::Edit::Add),
+            Action::AddKey => self.edit_path(path_panel::PathEdit::Add),
             Action::AddView => self.add_view(),
             Action::Play => self.toggle_play(),
             Action::Restart => self.restart(),

@@ -20,7 +20,7 @@ impl Flight {
                 if let Some(document) = self.styles.document(style)
                     && let Some(text) = self.unsaved.find(document)
                 {
-                    self.questions.ask(question(style, document, questions::About::Unsaved, text));
+                    self.questions.ask(question(style, document, questions::QuestionKind::Unsaved, text));
                 }
             }
             Ok(_) => {}
@@ -119,10 +119,10 @@ impl Flight {
         let Question { style, about, text, .. } = question;
         let Some(document) = self.styles.document_mut(style) else { return };
         let done = match (about, is_taken) {
-            (questions::About::Unsaved, true) => document.replace(text, "Edits that were not saved"),
-            (questions::About::ChangedFile, true) => document.load(&text),
-            (questions::About::Unsaved, false) => Ok(()),
-            (questions::About::ChangedFile, false) => {
+            (questions::QuestionKind::Unsaved, true) => document.replace(text, "Edits that were not saved"),
+            (questions::QuestionKind::ChangedFile, true) => document.load(&text),
+            (questions::QuestionKind::Unsaved, false) => Ok(()),
+            (questions::QuestionKind::ChangedFile, false) => {
                 document.keep_edits_over(text);
                 Ok(())
             }
@@ -181,7 +181,7 @@ impl Flight {
                     self.say(About::Edit, text, TOAST);
                 }
                 Ok(Reloaded::Conflict(text)) => {
-                    let question = question(style, document, questions::About::ChangedFile, text);
+                    let question = question(style, document, questions::QuestionKind::ChangedFile, text);
                     self.file_errors.remove(&style);
                     self.questions.ask(question);
                 }
@@ -216,7 +216,7 @@ impl Flight {
     }
 }
 
-fn question(style: usize, document: &StyleDocument, about: questions::About, text: String) -> Question {
+fn question(style: usize, document: &StyleDocument, about: questions::QuestionKind, text: String) -> Question {
     Question { style, about, name: document.name().to_owned(), text }
 }
 

@@ -8,7 +8,7 @@ use crate::studio::document::StyleDocument;
 use crate::studio::export::ShownView;
 use crate::style::set::SetValue;
 use crate::window::export::run::{End, Run};
-use crate::window::export::{Refusal, Request};
+use crate::window::export::{ExportRequest, Refusal};
 use crate::window::inspector::Edit;
 use crate::window::toasts::About;
 use crate::window::works::Ended;
@@ -69,18 +69,18 @@ impl Flight {
     }
 
     /// Carries out what the user asks for in the dialog.
-    pub(super) fn on_export_request(&mut self, request: Request) {
+    pub(super) fn on_export_request(&mut self, request: ExportRequest) {
         self.needs_relayout = true;
         match request {
-            Request::SaveStyle => self.save_or_ask(),
-            Request::ShowLayers => self.apply(vec![Edit::ShowAll], self.settings.style),
-            Request::Run(..) if self.exports.len() >= MOST => {
+            ExportRequest::SaveStyle => self.save_or_ask(),
+            ExportRequest::ShowLayers => self.apply(vec![Edit::ShowAll], self.settings.style),
+            ExportRequest::Run(..) if self.exports.len() >= MOST => {
                 self.say(About::File, format!("{MOST} exports are running; wait for one, or cancel it"), TOAST);
             }
-            Request::Run(_, output) if self.exports.iter().any(|run| run.output == output) => {
+            ExportRequest::Run(_, output) if self.exports.iter().any(|run| run.output == output) => {
                 self.say(About::File, format!("{}: an export to this file is running", named(&output)), TOAST);
             }
-            Request::Run(arguments, output) => match std::env::current_exe() {
+            ExportRequest::Run(arguments, output) => match std::env::current_exe() {
                 Ok(program) => {
                     let proxy = self.proxy.clone();
                     self.has_warned_of_leaving = false;

@@ -7,7 +7,7 @@ use crate::scene::overrides::Trees;
 use crate::scene::view::{Rig, View};
 use crate::scene::{Forest, Scene, SceneFocus};
 use crate::tiles::terrain::TerrainOptions;
-use crate::window::reopening::{Reopening, Wanted};
+use crate::window::reopening::{LandToRead, Reopening};
 use crate::window::settings::Settings;
 use crate::window::toasts::About;
 
@@ -41,7 +41,7 @@ impl Flight {
         pose.position_m.z *= wanted / present;
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let before = &self.world.scene;
-        let request = Wanted {
+        let request = LandToRead {
             gpu: self.gpu.clone(),
             scene: Scene { vertical_exaggeration: wanted, forest, sun_time: None, ..before.clone() },
             heights: self.world.lasting.heights.clone(),

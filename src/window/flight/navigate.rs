@@ -8,10 +8,10 @@ use super::{Flight, ground_m};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::View;
 use crate::surface::DISTANCE;
-use crate::window::camera_moves::{Stand, ray_through};
+use crate::window::camera_moves::{Viewpoint, ray_through};
 use crate::window::input::DragKind;
 use crate::window::place_picking::{PlacePicker, PlaceRequest, PlaceUnderCursor};
-use crate::window::places::{Goal, Places, box_m};
+use crate::window::places::{Places, TypedPlace, box_m};
 use crate::window::status::{self, GoTo};
 
 /// Interval at which the program checks for an answer of the GPU while nothing else happens.
@@ -38,7 +38,7 @@ enum CursorAction {
 
 /// A place that is grabbed by a drag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Grasp {
+struct GraspedPoint {
     from_px: DVec2,
     place_m: DVec3,
     ray: DVec3,
@@ -55,7 +55,7 @@ pub(super) struct Navigation {
     picture: u64,
     /// The eyes of the last picture, without jitter.
     eyes: Vec<View>,
-    grasp: Option<Grasp>,
+    grasp: Option<GraspedPoint>,
     waiting_action: Option<(CursorAction, DVec2)>,
     places: Places,
     pub(super) go_to: GoTo,
@@ -179,13 +179,13 @@ impl Flight {
             let Some((_, part)) = self.eye_at(from_px) else { return false };
             let ray = ray_through(&self.camera.pose(), part, self.eye_px());
             let place_m = under_cursor.place_m.unwrap_or_else(|| self.place_in_sky(ray));
-            self.navigation.grasp = Some(Grasp { from_px, place_m, ray });
+            self.navigation.grasp = Some(GraspedPoint { from_px, place_m, ray });
         }
         let (Some(grasp), Some(cursor_px)) = (self.navigation.grasp, self.input.cursor_px()) else { return false };
         if !drag.moves {
             return false;
         }
-        let before = self.camera.stand();
+        let before = self.camera.viewpoint();
         match drag.kind {
             DragKind::Orbit => {
                 self.camera.orbit(grasp.place_m, DVec2::new(dragged_px.x, -dragged_px.y) * ORBIT_DEG_PER_PX);
@@ -197,7 +197,7 @@ impl Flight {
             }
             DragKind::Look => {}
         }
-        self.camera.stand() != before
+        self.camera.viewpoint() != before
     }
 
     /// Returns the size of one eye's picture at the window's resolution.
@@ -284,7 +284,7 @@ impl Flight {
             CursorAction::Look => self.camera.glide_to(self.camera.looking_at(place_m)),
             CursorAction::Top => {
                 let distance_m = place_m.distance(self.camera.position_m);
-                self.camera.glide_to(Stand::before(place_m, distance_m, 0.0, -90.0));
+                self.camera.glide_to(Viewpoint::before(place_m, distance_m, 0.0, -90.0));
             }
         }
     }
@@ -298,14 +298,14 @@ impl Flight {
         let up = (0.5 * self.camera.fov_deg.to_radians()).tan();
         let lens = DVec2::new(up * width / height, up);
         let pitch_deg = self.camera.pitch_deg.min(GO_TO_PITCH_DEG);
-        self.camera.glide_to(Stand::framing(&corners_m, lens, self.camera.yaw_deg, pitch_deg));
+        self.camera.glide_to(Viewpoint::framing(&corners_m, lens, self.camera.yaw_deg, pitch_deg));
     }
 
     /// Flies to coordinates that were typed.
     pub(super) fn go_to(&mut self, text: &str) {
         // This frame was laid out before.
         self.needs_relayout = true;
-        match self.goal(text) {
+        match self.typed(text) {
             Ok(stand) => {
                 self.camera.glide_to(stand);
                 self.navigation.go_to.close();
@@ -315,18 +315,18 @@ impl Flight {
         }
     }
 
-    fn goal(&mut self, text: &str) -> Result<Stand, String> {
-        let goal: Goal = text.parse()?;
-        let at_m = self.navigation.places.world_m(&goal, text)?;
+    fn typed(&mut self, text: &str) -> Result<Viewpoint, String> {
+        let typed: TypedPlace = text.parse()?;
+        let at_m = self.navigation.places.world_m(&typed, text)?;
         let ground_m = ground_m(&self.world, at_m);
-        if let Goal::Camera(camera) = goal {
+        if let TypedPlace::Camera(camera) = typed {
             let camera = camera.on_ground(|_, _| ground_m);
             self.camera.fov_deg = camera.fov_deg;
             let (yaw_deg, pitch_deg) = (camera.yaw_deg.rem_euclid(360.0), camera.pitch_deg);
-            return Ok(Stand { position_m: camera.position_m, yaw_deg, pitch_deg });
+            return Ok(Viewpoint { position_m: camera.position_m, yaw_deg, pitch_deg });
         }
         let distance_m = (2.5 * self.height_above_ground_m()).max(50.0);
         let pitch_deg = self.camera.pitch_deg.min(GO_TO_PITCH_DEG);
-        Ok(Stand::before(at_m.extend(ground_m), distance_m, self.camera.yaw_deg, pitch_deg))
+        Ok(Viewpoint::before(at_m.extend(ground_m), distance_m, self.camera.yaw_deg, pitch_deg))
     }
 }

@@ -30,13 +30,13 @@ struct Requests {
     /// Choices in the gallery.
     choices: Vec<Choice>,
     /// A request in the dialog that opens files.
-    opens: Option<open_dialog::Request>,
+    opens: Option<open_dialog::OpenRequest>,
     /// A request about a work in the background.
-    work: Option<works::Request>,
+    work: Option<works::TaskRequest>,
     /// A request in the dialog of exports.
-    exported: Option<export::Request>,
+    exported: Option<export::ExportRequest>,
     /// Requests in the panel of camera paths.
-    path: Vec<path_panel::Request>,
+    path: Vec<path_panel::PathRequest>,
     /// Whether the sentences of the first start were closed.
     closes_welcome: bool,
 }
@@ -86,7 +86,7 @@ impl Flight {
         let (words, projection) =
             (if self.dock.is_shown(Pane::Flight) { words } else { Vec::new() }, projection.map(str::to_owned));
         let exports = self.exports.iter().map(|run| &*run.work);
-        let works: Vec<&works::Work> =
+        let works: Vec<&works::BackgroundTask> =
             self.world_being_opened.iter().map(|opening| &*opening.work).chain(exports).collect();
         let window_px = self.settings.eye_px(self.screen.size_px());
         let mut divided = self.divided.as_ref().map(|divided| (divided.divider, divided.is_ready()));
@@ -130,7 +130,7 @@ impl Flight {
             }
             requests.opens = self.open_dialog.show(context).or(requests.opens.take());
             if let Some((view, refusal)) = &view {
-                let shown = export::Shown { view, refusal: *refusal, window_px };
+                let shown = export::WindowView { view, refusal: *refusal, window_px };
                 requests.exported = self.export_dialog.show(context, &shown).or(requests.exported.take());
             }
             requests.work = works::show(context, works.iter().copied(), &self.ended).or(requests.work);
@@ -162,12 +162,12 @@ impl Flight {
         }
         self.choose(choices);
         match work {
-            Some(works::Request::Cancel(row)) => self.on_cancel(row),
-            Some(works::Request::Dismiss(row)) => {
+            Some(works::TaskRequest::Cancel(row)) => self.on_cancel(row),
+            Some(works::TaskRequest::Dismiss(row)) => {
                 self.ended.dismiss(row);
                 self.needs_relayout = true;
             }
-            Some(works::Request::Copied) => self.say(About::Edit, "Copied the path".to_owned(), TOAST / 2),
+            Some(works::TaskRequest::Copied) => self.say(About::Edit, "Copied the path".to_owned(), TOAST / 2),
             None => {}
         }
         if let Some(request) = exported {

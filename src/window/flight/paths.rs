@@ -9,10 +9,10 @@ use crate::studio::camera_path::PathDocument;
 use crate::studio::recent;
 use crate::studio::views::Views;
 use crate::window::FlightWorld;
-use crate::window::camera_moves::Stand;
+use crate::window::camera_moves::Viewpoint;
 use crate::window::dock::Pane;
 use crate::window::path_flight::{self, Grounds, Player};
-use crate::window::path_panel::{Edit, PathPanel, Request, Shown};
+use crate::window::path_panel::{PathEdit, PathPanel, PathRequest, PathState};
 use crate::window::toasts::About;
 
 /// The camera path, and the named views of the world.
@@ -46,9 +46,9 @@ impl Paths {
     }
 
     /// Returns what the panel shows, and the panel.
-    pub(super) fn shown(&mut self) -> (Shown<'_>, &mut PathPanel) {
+    pub(super) fn shown(&mut self) -> (PathState<'_>, &mut PathPanel) {
         let Self { document, player, panel, views, kept, .. } = self;
-        (Shown { document, player, views, has_kept: kept.is_some() }, panel)
+        (PathState { document, player, views, has_kept: kept.is_some() }, panel)
     }
 }
 
@@ -72,7 +72,7 @@ impl Flight {
     }
 
     /// Carries out what the user asks for in the panel of the path.
-    pub(super) fn on_path_requests(&mut self, requests: Vec<Request>) {
+    pub(super) fn on_path_requests(&mut self, requests: Vec<PathRequest>) {
         // This frame was laid out before.
         self.needs_relayout |= !requests.is_empty();
         for request in requests {
@@ -80,29 +80,29 @@ impl Flight {
         }
     }
 
-    fn on_path_request(&mut self, request: Request) {
+    fn on_path_request(&mut self, request: PathRequest) {
         match request {
-            Request::Edit(edit) => self.edit_path(edit),
-            Request::Seek(time_s) => {
+            PathRequest::PathEdit(edit) => self.edit_path(edit),
+            PathRequest::Seek(time_s) => {
                 self.paths.player.pause();
                 self.seek(time_s);
             }
-            Request::Play(plays) => self.play_path(plays),
-            Request::Loop(loops) => self.paths.player.loops = loops,
-            Request::Save => self.save_path(),
-            Request::SaveAs(name) => self.save_path_as(&name),
-            Request::New => self.begin_path(),
-            Request::Open => self.toggle_open_dialog(),
-            Request::Film => self.film_path(),
-            Request::Restore(restores) => self.restore_path(restores),
-            Request::AddView => self.add_view(),
-            Request::GoTo(index) => self.go_to_view(index),
-            Request::Rename(index, name) => self.paths.views.rename(index, &name),
-            Request::KeepViews => {
+            PathRequest::Play(plays) => self.play_path(plays),
+            PathRequest::Loop(loops) => self.paths.player.loops = loops,
+            PathRequest::Save => self.save_path(),
+            PathRequest::SaveAs(name) => self.save_path_as(&name),
+            PathRequest::New => self.begin_path(),
+            PathRequest::Open => self.toggle_open_dialog(),
+            PathRequest::Film => self.film_path(),
+            PathRequest::Restore(restores) => self.restore_path(restores),
+            PathRequest::AddView => self.add_view(),
+            PathRequest::GoTo(index) => self.go_to_view(index),
+            PathRequest::Rename(index, name) => self.paths.views.rename(index, &name),
+            PathRequest::KeepViews => {
                 let kept = self.paths.views.keep_names();
                 self.say_error(kept);
             }
-            Request::RemoveView(index) => {
+            PathRequest::RemoveView(index) => {
                 let removed = self.paths.views.remove(index);
                 self.say_error(removed);
             }
@@ -116,11 +116,11 @@ impl Flight {
     }
 
     /// Changes the path.
-    pub(super) fn edit_path(&mut self, edit: Edit) {
+    pub(super) fn edit_path(&mut self, edit: PathEdit) {
         let here = self.camera.camera();
         let edit = match edit {
             // Views have true heights.
-            Edit::AddCamera(camera) => Edit::AddCamera(scaled(&camera, self.world.surfaces.exaggeration())),
+            PathEdit::AddCamera(camera) => PathEdit::AddCamera(scaled(&camera, self.world.surfaces.exaggeration())),
             other => other,
         };
         let before = self.paths.document.text().len();
@@ -128,7 +128,7 @@ impl Flight {
         let done = panel.apply(document, player, edit, &here);
         if let Ok(()) = done
             && before < self.paths.document.text().len()
-            && matches!(edit, Edit::Add)
+            && matches!(edit, PathEdit::Add)
             && !self.dock.is_shown(Pane::Path)
         {
             let keys = self.paths.document.keys().len();
@@ -139,7 +139,7 @@ impl Flight {
         self.needs_relayout = true;
         let [first_s, last_s] = self.paths.document.span_s();
         self.paths.player.playhead_s = self.paths.player.playhead_s.clamp(first_s, last_s);
-        if !matches!(edit, Edit::Release) {
+        if !matches!(edit, PathEdit::Release) {
             self.paths.document.keep(&self.unsaved, &self.path_world());
         }
     }
@@ -317,7 +317,7 @@ impl Flight {
         let Camera { position_m, yaw_deg, pitch_deg, fov_deg, .. } =
             scaled(&view.camera, self.world.surfaces.exaggeration());
         self.paths.player.pause();
-        self.camera.glide_to(Stand { position_m, yaw_deg, pitch_deg });
+        self.camera.glide_to(Viewpoint { position_m, yaw_deg, pitch_deg });
         self.camera.fov_deg = fov_deg;
         self.stale = true;
     }

@@ -18,8 +18,8 @@ use crate::window::FlightWorld;
 use crate::window::browse::{self, Chosen};
 use crate::window::fly_camera::FlyCamera;
 use crate::window::light::LightPanel;
-use crate::window::open_dialog::Request;
-use crate::window::other_world::{OtherWorld, Wanted};
+use crate::window::open_dialog::OpenRequest;
+use crate::window::other_world::{OtherWorld, WorldToOpen};
 use crate::window::path_flight::{self, Reading};
 use crate::window::places::Places;
 use crate::window::toasts::About;
@@ -36,17 +36,17 @@ impl Flight {
     }
 
     /// Carries out what the user asks for in the dialog.
-    pub(super) fn on_open_request(&mut self, request: Request) {
+    pub(super) fn on_open_request(&mut self, request: OpenRequest) {
         // This frame was laid out before.
         self.needs_relayout = true;
         match request {
-            Request::Open(name) => self.open_named(&expand_home(&name)),
-            Request::BuiltIn => self.open_world(None),
-            Request::Browse(wanted) => self.browse(wanted),
+            OpenRequest::Open(name) => self.open_named(&expand_home(&name)),
+            OpenRequest::BuiltIn => self.open_world(None),
+            OpenRequest::Browse(wanted) => self.browse(wanted),
         }
     }
 
-    fn browse(&mut self, wanted: browse::Wanted) {
+    fn browse(&mut self, wanted: browse::DialogKind) {
         let proxy = self.proxy.clone();
         self.browser.open(wanted, &self.window, move || _ = proxy.send_event(()));
     }
@@ -137,7 +137,7 @@ impl Flight {
             self.path_of_opening = None;
         }
         let options = TerrainOptions { lod_error_px: self.settings.lod_error_px, ..*self.terrain_options() };
-        let wanted = Wanted {
+        let wanted = WorldToOpen {
             gpu: self.gpu.clone(),
             name: name.map(str::to_owned),
             reach: self.reach,
@@ -263,7 +263,7 @@ impl Flight {
             self.path_of_opening = Some(name.to_owned());
             return;
         }
-        let wanted = path_flight::Wanted {
+        let wanted = path_flight::PathToRead {
             path: PathBuf::from(name),
             world_name: self.world.world.clone(),
             world: self.world.scene.world.clone(),

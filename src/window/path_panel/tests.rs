@@ -17,7 +17,7 @@ struct Bench {
     player: Player,
     views: Views,
     has_kept: bool,
-    requests: Vec<Request>,
+    requests: Vec<PathRequest>,
     errors: Vec<String>,
 }
 
@@ -43,13 +43,13 @@ fn open(text: &str, size: [f32; 2]) -> Harness<'static, Bench> {
     let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
         |ui, bench: &mut Bench| {
             let Bench { panel, document, player, views, has_kept, requests, errors } = bench;
-            let shown = Shown { document, player, views, has_kept: *has_kept };
+            let shown = PathState { document, player, views, has_kept: *has_kept };
             let new = panel.show(ui, &shown);
             for request in &new {
                 match request {
-                    Request::Edit(edit) => errors.extend(panel.apply(document, player, *edit, &here()).err()),
-                    Request::Seek(time_s) => player.playhead_s = *time_s,
-                    Request::Rename(index, name) => views.rename(*index, name),
+                    PathRequest::PathEdit(edit) => errors.extend(panel.apply(document, player, *edit, &here()).err()),
+                    PathRequest::Seek(time_s) => player.playhead_s = *time_s,
+                    PathRequest::Rename(index, name) => views.rename(*index, name),
                     _ => {}
                 }
             }
@@ -151,7 +151,7 @@ fn the_playhead_is_dragged_and_stepped() {
         .requests
         .iter()
         .filter_map(|request| match request {
-            Request::Seek(time_s) => Some(*time_s),
+            PathRequest::Seek(time_s) => Some(*time_s),
             _ => None,
         })
         .collect();
@@ -180,7 +180,7 @@ fn the_playhead_is_dragged_and_stepped() {
     assert_eq!(harness.state().player.playhead_s, 3.1);
     harness.key_press(Key::Space);
     harness.run();
-    assert_eq!(harness.state().requests.last(), Some(&Request::Play(true)));
+    assert_eq!(harness.state().requests.last(), Some(&PathRequest::Play(true)));
 }
 
 #[test]
@@ -252,7 +252,7 @@ fn keys_are_added_replaced_and_eased() {
         click(&mut harness, label);
     }
     let requests = &harness.state().requests;
-    assert!(requests.ends_with(&[Request::Play(true), Request::Loop(true), Request::Film]), "{requests:?}");
+    assert!(requests.ends_with(&[PathRequest::Play(true), PathRequest::Loop(true), PathRequest::Film]), "{requests:?}");
 }
 
 #[test]
@@ -261,13 +261,13 @@ fn a_name_is_asked_for_and_edits_are_discarded_only_on_purpose() {
     assert!(harness.get_by_label("Save the path").accesskit_node().is_disabled(), "nothing has changed");
     click(&mut harness, "Delete key 2");
     click(&mut harness, "Save the path");
-    assert_eq!(harness.state().requests.last(), Some(&Request::Save));
+    assert_eq!(harness.state().requests.last(), Some(&PathRequest::Save));
     click(&mut harness, "Save the path as");
     harness.get_by_label("Path of the new camera path").type_text("/x");
     harness.run();
     harness.key_press(Key::Enter);
     harness.run();
-    assert!(matches!(harness.state().requests.last(), Some(Request::SaveAs(name)) if name.contains("/x")));
+    assert!(matches!(harness.state().requests.last(), Some(PathRequest::SaveAs(name)) if name.contains("/x")));
     harness.state_mut().panel.set_error(Some("path.csv: exists".to_owned()));
     harness.run();
     assert!(harness.query_by_label("path.csv: exists").is_some());
@@ -276,9 +276,9 @@ fn a_name_is_asked_for_and_edits_are_discarded_only_on_purpose() {
     harness.run();
     assert!(harness.query_by_label("Path of the new camera path").is_none());
     click(&mut harness, "New path");
-    assert_ne!(harness.state().requests.last(), Some(&Request::New));
+    assert_ne!(harness.state().requests.last(), Some(&PathRequest::New));
     click(&mut harness, "Discard the edits of the path");
-    assert_eq!(harness.state().requests.last(), Some(&Request::New));
+    assert_eq!(harness.state().requests.last(), Some(&PathRequest::New));
 }
 
 #[test]
@@ -298,20 +298,20 @@ fn views_are_renamed_and_edits_of_an_earlier_run_offered() {
     harness.run();
     assert_eq!(times_s(&harness).len(), 3);
     for (label, wanted) in [
-        ("Add view", Request::AddView),
-        ("Go to view 2", Request::GoTo(1)),
-        ("Delete view 1", Request::RemoveView(0)),
-        ("Open a path", Request::Open),
+        ("Add view", PathRequest::AddView),
+        ("Go to view 2", PathRequest::GoTo(1)),
+        ("Delete view 1", PathRequest::RemoveView(0)),
+        ("Open a path", PathRequest::Open),
     ] {
         click(&mut harness, label);
         assert!(harness.state_mut().requests.contains(&wanted), "{label}");
     }
-    assert!(harness.state().requests.contains(&Request::KeepViews));
+    assert!(harness.state().requests.contains(&PathRequest::KeepViews));
     harness.state_mut().has_kept = true;
     harness.run();
     for (label, restores) in [("Restore the edits", true), ("Discard them", false)] {
         click(&mut harness, label);
-        assert_eq!(harness.state().requests.last(), Some(&Request::Restore(restores)));
+        assert_eq!(harness.state().requests.last(), Some(&PathRequest::Restore(restores)));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, EventFilter, FontId, Key, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 
-use super::{Edit, Request, Shown};
+use super::{PathEdit, PathRequest, PathState};
 
 /// Height in points: above are the seconds, below the keys.
 const HEIGHT: f32 = 38.0;
@@ -62,9 +62,9 @@ impl Timeline {
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,
-        shown: &Shown<'_>,
+        shown: &PathState<'_>,
         selected: Option<usize>,
-        requests: &mut Vec<Request>,
+        requests: &mut Vec<PathRequest>,
     ) -> Option<usize> {
         let width = ui.available_width().max(4.0 * SIDE);
         let (id, rect) = ui.allocate_space(vec2(width, HEIGHT));
@@ -89,9 +89,9 @@ impl Timeline {
         ui: &Ui,
         id: egui::Id,
         scale: &Scale,
-        shown: &Shown<'_>,
+        shown: &PathState<'_>,
         selected: Option<usize>,
-        requests: &mut Vec<Request>,
+        requests: &mut Vec<PathRequest>,
     ) -> Option<usize> {
         let keys = shown.document.keys();
         let painter = ui.painter_at(scale.rect);
@@ -126,17 +126,17 @@ impl Timeline {
             }
             if response.clicked() || response.drag_started() {
                 picked = Some(index);
-                requests.push(Request::Seek(key.time_s));
+                requests.push(PathRequest::Seek(key.time_s));
             }
             if let (Some(drag), Some(pointer)) = (self.drag, response.interact_pointer_pos())
                 && drag.index == index
                 && response.dragged()
             {
-                requests.push(Request::Edit(Edit::Move(index, scale.time_s(pointer.x + drag.offset))));
+                requests.push(PathRequest::PathEdit(PathEdit::Move(index, scale.time_s(pointer.x + drag.offset))));
             }
             if response.drag_stopped() {
                 self.drag = None;
-                requests.push(Request::Edit(Edit::Release));
+                requests.push(PathRequest::PathEdit(PathEdit::Release));
             }
             let color = match (selected == Some(index), response.hovered()) {
                 (true, _) => ui.visuals().selection.stroke.color,
@@ -159,7 +159,7 @@ fn diamond(painter: &egui::Painter, at: Pos2, color: Color32, ease: f32, is_sele
 }
 
 /// Adds the area in which the playhead is dragged.
-fn track(ui: &Ui, id: egui::Id, scale: &Scale, shown: &Shown<'_>, requests: &mut Vec<Request>) {
+fn track(ui: &Ui, id: egui::Id, scale: &Scale, shown: &PathState<'_>, requests: &mut Vec<PathRequest>) {
     let [first_s, last_s] = shown.document.span_s();
     let playhead_s = shown.player.playhead_s;
     let response = ui.interact(scale.rect, id.with("track"), Sense::click_and_drag());
@@ -179,10 +179,10 @@ fn track(ui: &Ui, id: egui::Id, scale: &Scale, shown: &Shown<'_>, requests: &mut
     {
         let time_s = scale.time_s(at.x).clamp(first_s, last_s);
         if time_s != playhead_s || shown.player.is_playing() {
-            requests.push(Request::Seek(time_s));
+            requests.push(PathRequest::Seek(time_s));
         }
     } else if response.clicked() && ui.input(|input| input.key_pressed(Key::Space) || input.key_pressed(Key::Enter)) {
-        requests.push(Request::Play(!shown.player.is_playing()));
+        requests.push(PathRequest::Play(!shown.player.is_playing()));
     }
     if response.has_focus() {
         let filter = EventFilter { horizontal_arrows: true, ..EventFilter::default() };
@@ -191,7 +191,7 @@ fn track(ui: &Ui, id: egui::Id, scale: &Scale, shown: &Shown<'_>, requests: &mut
         painter.rect_stroke(scale.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Inside);
     }
     let asked_s = asked_s(ui, &response, playhead_s, [first_s, last_s]);
-    requests.extend(asked_s.map(|time_s| Request::Seek(time_s.clamp(first_s, last_s))));
+    requests.extend(asked_s.map(|time_s| PathRequest::Seek(time_s.clamp(first_s, last_s))));
 }
 
 /// Returns the time that the keyboard or a screen reader asks for.
