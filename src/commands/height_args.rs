@@ -56,7 +56,7 @@ impl HeightArgs {
 
     /// Returns the scene with these options; options that are not given keep the scene's values.
     #[must_use]
-    pub(crate) fn over(&self, mut scene: Scene) -> Scene {
+    pub(crate) fn apply_to(&self, mut scene: Scene) -> Scene {
         scene.heights.encoding = self.encoding.or(scene.heights.encoding);
         scene.heights.height_scale_m = self.height_scale.or(scene.heights.height_scale_m);
         scene.heights.height_offset_m = self.height_offset.or(scene.heights.height_offset_m);

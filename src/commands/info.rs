@@ -290,7 +290,7 @@ fn folder(folder: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
 
 /// Describes a DEM on a server, from a few of its tiles.
 fn address_info(url: &str, args: &InfoArgs) -> anyhow::Result<Info> {
-    let scene = args.heights.over(Scene::of_world(World::Url(url.to_owned())));
+    let scene = args.heights.apply_to(Scene::of_world(World::Url(url.to_owned())));
     let store = world::open_store(&scene, &Bar::default())?;
     let heights = Heights::of_store(&store).with_context(|| named(remote::name_of(url)))?;
     Ok(Info::Address { heights, levels: store.levels().len(), is_measured: store.is_measured() })

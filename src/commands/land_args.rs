@@ -34,9 +34,9 @@ impl LandArgs {
     ///
     /// # Errors
     /// [`Misuse`], if the land of the world can have no other seed.
-    pub(crate) fn over(self, world: Option<&str>, scene: Scene) -> Result<Scene, Misuse> {
+    pub(crate) fn apply_to(self, world: Option<&str>, scene: Scene) -> Result<Scene, Misuse> {
         let Self { sea_level, trees, seed } = self;
-        Overrides { sea_level, trees, seed }.over(scene).map_err(|error| {
+        Overrides { sea_level, trees, seed }.apply_to(scene).map_err(|error| {
             let world = world.map_or_else(|| "the built-in world".to_owned(), named);
             Misuse(format!("--seed {}: {world}: {error}", seed.unwrap_or_default()))
         })
@@ -84,7 +84,7 @@ mod tests {
     fn an_option_is_the_key_of_the_scene_file() {
         let given = |words: &str, text: &str| {
             let words = ["hachure"].into_iter().chain(words.split_whitespace());
-            Line::try_parse_from(words).unwrap().land.over(None, scene(text)).unwrap()
+            Line::try_parse_from(words).unwrap().land.apply_to(None, scene(text)).unwrap()
         };
         for (words, before, after) in [
             ("", "[water]\nsea_level_m = 3\n[forest]", "[water]\nsea_level_m = 3\n[forest]"),

@@ -59,7 +59,7 @@ impl LightArgs {
 
     /// Returns the scene with this light; options that are not given keep the scene's values.
     #[must_use]
-    pub(crate) fn over(&self, mut scene: Scene) -> Scene {
+    pub(crate) fn apply_to(&self, mut scene: Scene) -> Scene {
         if let Some(sun) = self.sun {
             (scene.sun, scene.sun_time) = (sun, None);
         }
@@ -95,16 +95,16 @@ mod tests {
     #[test]
     fn the_command_line_comes_before_the_scene() {
         let scene = Scene::default();
-        assert_eq!(LightArgs::default().over(scene.clone()).sun, scene.sun);
+        assert_eq!(LightArgs::default().apply_to(scene.clone()).sun, scene.sun);
         let low = LightArgs { sun: Some("-90, 5.5".parse().unwrap()), ..LightArgs::default() };
-        assert_eq!(low.over(scene.clone()).sun, Sun { azimuth_deg: -90.0, elevation_deg: 5.5 });
+        assert_eq!(low.apply_to(scene.clone()).sun, Sun { azimuth_deg: -90.0, elevation_deg: 5.5 });
         let noon = LightArgs { date: Some("2026-06-21T12:00Z".parse().unwrap()), ..LightArgs::default() };
-        let at_noon = noon.over(Scene::default());
+        let at_noon = noon.apply_to(Scene::default());
         assert_eq!(at_noon.sun_time.unwrap().moment.to_string(), "2026-06-21T12:00+00:00");
-        assert_eq!(low.over(at_noon).sun_time, None, "--sun comes before the date of a scene");
+        assert_eq!(low.apply_to(at_noon).sun_time, None, "--sun comes before the date of a scene");
         let hazy = LightArgs { haze: Some(2500.0), ..LightArgs::default() };
-        assert_eq!(hazy.over(Scene::default()).light([1e5, 1e5]).haze_m, 2500.0);
-        assert_eq!(LightArgs::default().over(hazy.over(Scene::default())).haze.distance_m, Some(2500.0));
+        assert_eq!(hazy.apply_to(Scene::default()).light([1e5, 1e5]).haze_m, 2500.0);
+        assert_eq!(LightArgs::default().apply_to(hazy.apply_to(Scene::default())).haze.distance_m, Some(2500.0));
         let mut sun = Sun { azimuth_deg: 315.0, elevation_deg: 12.0 };
         let camera: Camera = "0,0,+300,30,-5,50".parse().unwrap();
         LightArgs::default().place_sun(&mut sun, &camera);

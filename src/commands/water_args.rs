@@ -32,7 +32,7 @@ impl WaterArgs {
 
     /// Returns the scene with this water; if the option is not given, the scene's water stays.
     #[must_use]
-    pub(crate) fn over(&self, mut scene: Scene) -> Scene {
+    pub(crate) fn apply_to(&self, mut scene: Scene) -> Scene {
         if let Some(file) = &self.water {
             scene.water = std::mem::take(&mut scene.water).with(file);
         }

@@ -75,8 +75,8 @@ impl WorldArgs {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
         let own_forest = scene.forest.clone();
         // First, because another seed removes the scene's own focus, but not that of the command line.
-        let scene = self.land.over(self.name(), scene)?;
-        let mut scene = self.water.over(self.light.over(self.heights.over(scene)));
+        let scene = self.land.apply_to(self.name(), scene)?;
+        let mut scene = self.water.apply_to(self.light.apply_to(self.heights.apply_to(scene)));
         scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
         Ok((scene, own_forest))
     }

@@ -19,7 +19,7 @@ impl Overrides {
     ///
     /// # Errors
     /// [`SeedError`], if the land of the scene can have no other seed.
-    pub(crate) fn over(self, scene: Scene) -> Result<Scene, SeedError> {
+    pub(crate) fn apply_to(self, scene: Scene) -> Result<Scene, SeedError> {
         let mut scene = match self.seed {
             Some(seed) => scene.with_seed(seed)?,
             None => scene,
@@ -28,7 +28,7 @@ impl Overrides {
             scene.sea_level_m = sea.level_m();
         }
         if let Some(trees) = self.trees {
-            scene.forest = trees.over(scene.forest.take());
+            scene.forest = trees.apply_to(scene.forest.take());
         }
         Ok(scene)
     }
@@ -158,7 +158,7 @@ pub(crate) enum Trees {
 
 impl Trees {
     /// Returns the forest that replaces a scene's `own`.
-    pub(crate) fn over(self, own: Option<Forest>) -> Option<Forest> {
+    pub(crate) fn apply_to(self, own: Option<Forest>) -> Option<Forest> {
         match self {
             Self::Off => None,
             Self::On => Some(own.unwrap_or_default()),
@@ -240,20 +240,20 @@ mod tests {
             Scene::parse(Path::new("scene.toml"), &text).unwrap().forest
         };
         let own = forest("[forest]\ntrees_per_ha = 12\nseed = 9");
-        assert_eq!(Trees::On.over(None), forest("[forest]"));
-        assert_eq!(Trees::Seed(7).over(None), forest("[forest]\nseed = 7"));
-        assert_eq!(Trees::On.over(own.clone()), own);
-        assert_eq!(Trees::Seed(7).over(own.clone()), forest("[forest]\ntrees_per_ha = 12\nseed = 7"));
-        assert_eq!(Trees::Off.over(own.clone()), None);
+        assert_eq!(Trees::On.apply_to(None), forest("[forest]"));
+        assert_eq!(Trees::Seed(7).apply_to(None), forest("[forest]\nseed = 7"));
+        assert_eq!(Trees::On.apply_to(own.clone()), own);
+        assert_eq!(Trees::Seed(7).apply_to(own.clone()), forest("[forest]\ntrees_per_ha = 12\nseed = 7"));
+        assert_eq!(Trees::Off.apply_to(own.clone()), None);
         // Planted: other seeds and densities are other forests.
-        assert_ne!(Trees::Seed(8).over(None), forest("[forest]\nseed = 7"));
-        assert_ne!(Trees::On.over(None), forest("[forest]\ntrees_per_ha = 301"));
+        assert_ne!(Trees::Seed(8).apply_to(None), forest("[forest]\nseed = 7"));
+        assert_ne!(Trees::On.apply_to(None), forest("[forest]\ntrees_per_ha = 301"));
     }
 
     #[test]
     fn another_seed_is_the_key_of_the_scene_file() {
         let scene = |text: &str| Scene::parse(Path::new("scene.toml"), text).unwrap();
-        let seeded = |text: &str, seed| Overrides { seed: Some(seed), ..Overrides::default() }.over(scene(text));
+        let seeded = |text: &str, seed| Overrides { seed: Some(seed), ..Overrides::default() }.apply_to(scene(text));
         let forest = "[forest]\nseed = 3\n[water]\nsea_level_m = 5\n[sun]\nazimuth_deg = 10";
         for world in ["procedural = { seed = 1 }", "continent = { seed = 1, size_samples = 2048 }"] {
             let text = format!("[world]\n{world}\n{forest}");
@@ -273,7 +273,7 @@ mod tests {
     fn what_has_its_place_refuses_another_seed() {
         let refused = |text: &str| {
             let scene = Scene::parse(Path::new("scene.toml"), text).unwrap();
-            Overrides { seed: Some(2), ..Overrides::default() }.over(scene).err().map(|error| error.to_string())
+            Overrides { seed: Some(2), ..Overrides::default() }.apply_to(scene).err().map(|error| error.to_string())
         };
         let grown = "[world]\nprocedural = { seed = 7 }\n";
         assert!(refused("[world]\ndem = \"a.tif\"").unwrap().contains("has no seed"));
@@ -303,7 +303,7 @@ mod tests {
         for own in [None, own] {
             for seed in [None, Some(Forest::DEFAULT_SEED), Some(9), Some(3)] {
                 let replaced = match Trees::between(own.as_ref(), seed) {
-                    Some(trees) => trees.over(own.clone()),
+                    Some(trees) => trees.apply_to(own.clone()),
                     None => own.clone(),
                 };
                 assert_eq!(replaced.map(|forest| forest.seed), seed, "{own:?}");

@@ -85,7 +85,7 @@ fn open(to_open: WorldToOpen, work: &BackgroundTask) -> Result<FlightWorld, Stri
     let WorldToOpen { gpu, name, reach, overrides, exaggeration, options, tile_memory_mib, size_px, style } = to_open;
     let scene = scene_of(name.as_deref(), reach).map_err(|error| chain(&error))?;
     let own_forest = scene.forest.clone();
-    let scene = overrides.over(scene).map_err(|error| format!("{}: {error}", title(name.as_deref())))?;
+    let scene = overrides.apply_to(scene).map_err(|error| format!("{}: {error}", title(name.as_deref())))?;
     let vertical_exaggeration = exaggeration.unwrap_or(scene.vertical_exaggeration);
     let scene = Scene { vertical_exaggeration, ..scene };
     let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };

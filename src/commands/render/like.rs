@@ -35,7 +35,7 @@ use crate::style::scale::REFERENCE_DPI;
 ///
 /// # Errors
 /// Fails if the picture's world is a URL without `--trust-scene`, or if a value is not valid for its option.
-pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<RenderArgs> {
+pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<RenderArgs> {
     let mut all = args.clone();
     let Imprint { world, sun, size_px, dpi, more, .. } = imprint;
     if all.world.name.is_none() {
@@ -253,7 +253,7 @@ pub(super) struct Liked {
 pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(RenderArgs, Liked)> {
     let Some(like) = &args.like else { return Ok((args.clone(), Liked::default())) };
     let imprint = Imprint::read(like)?;
-    let all = over(args, kind, &imprint).map_err(|error| match error.downcast::<Misuse>() {
+    let all = with_imprint(args, kind, &imprint).map_err(|error| match error.downcast::<Misuse>() {
         Ok(Misuse(cause)) => Misuse(format!("{}: {cause}", named(like))).into(),
         Err(error) => error.context(named(like)),
     })?;

@@ -39,7 +39,7 @@ fn random_edits_are_drawn_and_the_last_picture_is_that_of_the_saved_file() {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let first = picture(&mut world, &mut renderer, document.style());
         let start_bytes = world.gpu.memory_bytes();
-        let (mut numbers, mut with_pipelines, mut largest_bytes) = (0, 0, start_bytes);
+        let (mut numbers, mut with_pipelines, mut largest_bytes) = (0, Vec::new(), start_bytes);
         for _ in 0..count {
             let rows: Vec<Row> = document.sections().iter().flat_map(|section| section.rows.clone()).collect();
             let row = &rows[random.below(rows.len())];
@@ -53,7 +53,13 @@ fn random_edits_are_drawn_and_the_last_picture_is_that_of_the_saved_file() {
             let built = renderer.built_at_once();
             frame(&mut world, &mut renderer, document.style());
             numbers += u64::from(is_taken && is_number);
-            with_pipelines += u64::from(is_number && renderer.built_at_once() > built);
+            if is_number && renderer.built_at_once() > built {
+                with_pipelines.push(format!(
+                    "{} = {:?}",
+                    row.key,
+                    document.row(&row.key).and_then(|row| row.value.clone())
+                ));
+            }
             largest_bytes = largest_bytes.max(world.gpu.memory_bytes());
         }
         let saved = document.save_as(folder.path().join(name).to_str().unwrap(), None).unwrap();
@@ -68,8 +74,10 @@ fn random_edits_are_drawn_and_the_last_picture_is_that_of_the_saved_file() {
         assert!(first == picture(&mut world, &mut renderer, document.style()), "{name}: an edit left a trace");
         let end_bytes = world.gpu.memory_bytes();
         println!(
-            "{name}: {count} edits, {numbers} numbers and colours, {with_pipelines} of them with pipelines; GPU memory \
-             {start_bytes} bytes at the start, {largest_bytes} at most, {end_bytes} at the end"
+            "{name}: {count} edits, {numbers} numbers and colours, {} of them with pipelines ({}); GPU \
+             memory {start_bytes} bytes at the start, {largest_bytes} at most, {end_bytes} at the end",
+            with_pipelines.len(),
+            with_pipelines.join(", ")
         );
         assert!(end_bytes <= start_bytes + start_bytes / 10, "{name}: memory grew from {start_bytes} to {end_bytes}");
     }

@@ -28,7 +28,7 @@ impl Flight {
             return;
         }
         let own = self.world.lasting.own_forest.as_ref();
-        let forest = tree_seed.and_then(|seed| Trees::Seed(seed).over(own.cloned()));
+        let forest = tree_seed.and_then(|seed| Trees::Seed(seed).apply_to(own.cloned()));
         if wanted == present && forest.as_ref().is_none_or(|forest| self.world.surfaces.has_files_of(forest)) {
             self.world.surfaces.set_forest(forest.as_ref().map(|forest| forest.exaggerated(present)));
             self.note_forest(forest);

@@ -164,7 +164,7 @@ fn twice(line: &str) -> [String; 2] {
     let text = text_at(&imprint(&args, &kind, &style, &camera), &camera, Clock::still(args.time_s.unwrap_or(0.0)));
     let read = Imprint::parse("a.png", &text).unwrap();
     let output = args.output.display();
-    let all = over(&parsed(&format!("--like a.png -o {output}")), &kind, &read).unwrap();
+    let all = with_imprint(&parsed(&format!("--like a.png -o {output}")), &kind, &read).unwrap();
     [drawn(&args) + &style.text(), drawn(&all) + &read.style.text()]
 }
 
@@ -256,17 +256,17 @@ fn numbers_of_an_imprint_have_the_ranges_of_the_command_line() {
         ("trees", "-1"),
     ] {
         let read = with(key, &format!("\"{wrong}\"")).unwrap();
-        let error = over(&parsed("--like a.png -o b.png"), &kind, &read).unwrap_err();
+        let error = with_imprint(&parsed("--like a.png -o b.png"), &kind, &read).unwrap_err();
         let error = crate::file::message::chain(error.as_ref());
         assert!(error.contains(key) || key == "encoding", "{key}: {error}");
     }
     // A seed is that of the picture's world, and other land may have none.
     let seeded = with("seed", "2").unwrap();
     for (line, seed) in [("--like a.png -o b.png", Some(2)), ("own.tif --like a.png -o b.png", None)] {
-        assert_eq!(over(&parsed(line), &kind, &seeded).unwrap().world.land.seed, seed, "{line}");
+        assert_eq!(with_imprint(&parsed(line), &kind, &seeded).unwrap().world.land.seed, seed, "{line}");
     }
     let read = with("ipd", "\"-1\"\neyes = \"left\"").unwrap();
-    assert!(over(&parsed("--like a.png -o b.png"), &kind, &read).is_err());
+    assert!(with_imprint(&parsed("--like a.png -o b.png"), &kind, &read).is_err());
 }
 
 /// The export dialog of a window shows a command line; its options must be those of the picture.
