@@ -3,7 +3,7 @@
 //! [`document`] holds the text of a style with everything that follows from it, and is the only way to change it.
 //! [`camera_path`] does the same for a camera path. [`controls`] moves several parameters at once, [`export`] makes
 //! command lines of exports, [`favourites`] is part of the settings file, [`folder`] finds style files, [`history`] keeps
-//! the steps that can be undone, [`file_kind`] says what a dropped file is, [`recent`] lists the files that were opened
+//! the steps that can be undone, [`neighbours`] finds the styles that one edit away switch something, [`file_kind`] says what a dropped file is, [`recent`] lists the files that were opened
 //! last, [`rows`] lists what an inspector shows, [`swatch`] draws small pictures of recipes, [`unsaved`] keeps edits over
 //! a crash, [`views`] are the views of a world that the user has named, and [`watch`] reports when files change outside of
 //! the program.
@@ -16,6 +16,7 @@ pub(crate) mod export;
 pub(crate) mod favourites;
 pub(crate) mod folder;
 mod history;
+pub(crate) mod neighbours;
 pub(crate) mod recent;
 pub(crate) mod rows;
 mod saving;

@@ -17,6 +17,7 @@ mod navigate;
 mod panels;
 mod paths;
 mod picture;
+mod spares;
 mod viewer;
 mod worlds;
 
@@ -34,6 +35,7 @@ use self::controls::TOAST;
 use self::layer_picking::LayerPicking;
 use self::navigate::Navigation;
 use self::paths::Paths;
+use self::spares::Spares;
 use super::browse::Browser;
 use super::cost::Traffic;
 use super::dock::Dock;
@@ -193,8 +195,7 @@ pub(super) struct Flight {
     next_gamepads: Instant,
     next_built: Instant,
     next_shaders: Instant,
-    /// How many styles of the list have had their pipelines requested before anybody chose them.
-    prewarmed_styles: usize,
+    spares: Spares,
     frames_left: Option<u64>,
     /// Start of the flight, the zero of time for wind.
     begun: Instant,

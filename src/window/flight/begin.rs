@@ -8,6 +8,7 @@ use winit::event_loop::EventLoopProxy;
 use super::layer_picking::LayerPicking;
 use super::navigate::Navigation;
 use super::paths::Paths;
+use super::spares::Spares;
 use super::{Flight, LastPicture, ground_m};
 use crate::lines::strokes::AsyncStrokeNumbers;
 use crate::source::EarthPlace;
@@ -144,7 +145,7 @@ impl Flight {
             next_gamepads: Instant::now(),
             next_built: Instant::now(),
             next_shaders: Instant::now(),
-            prewarmed_styles: 0,
+            spares: Spares::default(),
             frames_left: options.frames,
             begun: Instant::now(),
             world,

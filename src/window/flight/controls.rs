@@ -12,7 +12,6 @@ use crate::frame::Renderer;
 use crate::picture::imprint::Imprint;
 use crate::scene::overrides::SeaLevel;
 use crate::scene::stereo::Eyes;
-use crate::scene::view::View;
 use crate::scene::{Scene, SceneFocus};
 use crate::tiles::terrain::TerrainOptions;
 use crate::window::WindowError;
@@ -282,33 +281,6 @@ impl Flight {
         }
         self.request_spares(now);
         self.update_lasting_messages();
-    }
-
-    /// Returns whether the pipelines of a style that is not shown are to be requested. Those of the chosen style come
-    /// first.
-    fn wants_spares(&self) -> bool {
-        self.prewarmed_styles < self.styles.list().len() && self.shows_chosen_style()
-    }
-
-    /// Requests the pipelines of the next style of the panel, so that it is shown at once when it is chosen.
-    fn request_spares(&mut self, now: Instant) {
-        let is_ready = |renderer: &Renderer| !renderer.is_building(&self.gpu) && !renderer.has_spares(&self.gpu);
-        if !self.wants_spares() || !self.renderer.as_ref().is_some_and(is_ready) {
-            return;
-        }
-        let style = self.styles.list()[self.prewarmed_styles].clone();
-        self.prewarmed_styles += 1;
-        self.next_built = now;
-        let picture_px = self.settings.picture_px(self.screen.size_px());
-        let pose = self.camera.pose();
-        let rig = self.settings.rig(&View::whole(pose, pose, picture_px), &self.last.pair);
-        let light = self.light();
-        if let Some(renderer) = &mut self.renderer
-            && let Err(error) = renderer.request_spares(&self.gpu, &self.world.surfaces, &rig, &style, &light)
-        {
-            // The style itself will say so when it is chosen.
-            tracing::debug!("{}: {error}", style.name);
-        }
     }
 
     /// Updates the messages that stay as long as their cause: errors in shaders and style files, and work that goes on.
