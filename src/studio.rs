@@ -15,7 +15,7 @@ pub(crate) mod document;
 pub(crate) mod export;
 pub(crate) mod favourites;
 pub(crate) mod folder;
-mod history;
+pub(crate) mod history;
 pub(crate) mod neighbours;
 pub(crate) mod recent;
 pub(crate) mod rows;

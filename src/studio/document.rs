@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use toml_edit::{DocumentMut, Item, Value};
 
 use super::controls::Controls;
-use super::history::History;
+use super::history::{History, StepName};
 use super::rows::{self, Row, Section, title};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::style::extends::{extended, whole};
@@ -284,7 +284,13 @@ impl StyleDocument {
         self.take_text(text).then_some(name)
     }
 
+    /// Returns the steps that can be undone and redone.
+    pub(crate) fn steps(&self) -> [Option<StepName<'_>>; 2] {
+        self.history.steps()
+    }
+
     /// Returns the names of the steps that can be undone and redone.
+    #[cfg(test)]
     pub(crate) fn step_names(&self) -> [Option<&str>; 2] {
         self.history.names()
     }

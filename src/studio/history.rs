@@ -2,11 +2,25 @@
 //!
 //! A step holds the whole text before it: styles have a few thousand bytes, so that 200 steps need less than a megabyte,
 //! and undoing is exact, comments included. Of long camera paths fewer steps are kept.
+//!
+//! Each step has a number from one order of time over all histories ([`next_turn`]), so that whoever shows several of them
+//! can undo what was changed last.
+
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Largest number of steps that can be undone; the oldest is dropped.
 const MAX_STEPS: usize = 200;
 /// Largest number of bytes of the texts of all steps that can be undone; the last step is kept anyway.
 const MAX_BYTES: usize = 64 << 20;
+
+/// Returns a number that is greater than all before it.
+pub(crate) fn next_turn() -> u64 {
+    static TURN: AtomicU64 = AtomicU64::new(0);
+    TURN.fetch_add(1, Ordering::Relaxed)
+}
+
+/// The turn and the name of a step.
+pub(crate) type StepName<'a> = (u64, &'a str);
 
 /// A step that can be undone or redone.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,6 +29,8 @@ struct Step {
     name: String,
     /// The key that it changes, if it changes only one.
     key: Option<String>,
+    /// When it was made, undone or redone last ([`next_turn`]).
+    turn: u64,
     /// The text on the other side of the step: before it if it can be undone, after it if it can be redone.
     text: String,
 }
@@ -36,10 +52,10 @@ impl History {
             && key.is_some()
             && let Some(last) = self.undo.last_mut().filter(|last| last.key.as_deref() == key)
         {
-            last.name = name;
+            (last.name, last.turn) = (name, next_turn());
             return;
         }
-        self.undo.push(Step { name, key: key.map(str::to_owned), text: before.to_owned() });
+        self.undo.push(Step { name, key: key.map(str::to_owned), turn: next_turn(), text: before.to_owned() });
         let mut bytes: usize = self.undo.iter().map(|step| step.text.len()).sum();
         while self.undo.len() > MAX_STEPS || bytes > MAX_BYTES && self.undo.len() > 1 {
             bytes -= self.undo.remove(0).text.len();
@@ -72,15 +88,20 @@ impl History {
         self.undo.len()
     }
 
+    /// Returns the steps that [`History::undo`] and [`History::redo`] would take.
+    pub(super) fn steps(&self) -> [Option<StepName<'_>>; 2] {
+        [&self.undo, &self.redo].map(|steps| steps.last().map(|step| (step.turn, step.name.as_str())))
+    }
+
     /// Returns the names of the steps that [`History::undo`] and [`History::redo`] would take.
     pub(super) fn names(&self) -> [Option<&str>; 2] {
-        [&self.undo, &self.redo].map(|steps| steps.last().map(|step| step.name.as_str()))
+        self.steps().map(|step| step.map(|(_, name)| name))
     }
 }
 
 fn take(from: &mut Vec<Step>, to: &mut Vec<Step>, now: &str) -> Option<(String, String)> {
-    let Step { name, key, text } = from.pop()?;
-    to.push(Step { name: name.clone(), key, text: now.to_owned() });
+    let Step { name, key, text, .. } = from.pop()?;
+    to.push(Step { name: name.clone(), key, turn: next_turn(), text: now.to_owned() });
     Some((name, text))
 }
 

@@ -11,6 +11,7 @@ mod controls;
 mod edits;
 mod exports;
 mod gallery;
+mod history;
 mod land;
 mod layer_picking;
 mod navigate;
@@ -37,6 +38,7 @@ use self::navigate::Navigation;
 use self::paths::Paths;
 use self::spares::Spares;
 use super::browse::Browser;
+use super::camera_history::CameraHistory;
 use super::cost::Traffic;
 use super::dock::Dock;
 use super::export::ExportDialog;
@@ -57,6 +59,7 @@ use super::pictures::Pictures;
 use super::questions::Questions;
 use super::remembered::Remembered;
 use super::reopening::Reopening;
+use super::scene_history::SceneHistory;
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
@@ -114,6 +117,7 @@ pub(super) struct Flight {
     input: Input,
     camera: FlyCamera,
     start: FlyCamera,
+    camera_history: CameraHistory,
     navigation: Navigation,
     layer_picking: LayerPicking,
     light_panel: LightPanel,
@@ -146,6 +150,7 @@ pub(super) struct Flight {
     /// Wakes the event loop from other threads.
     proxy: EventLoopProxy<()>,
     settings: Settings,
+    scene_history: SceneHistory,
     styles: Styles,
     frame_times: FrameTimes,
     pass_times: PassTimes,
@@ -243,6 +248,7 @@ impl Flight {
         self.stale |= drags | moves | self.follow_path(now, drags | moves);
         self.compare(self.input.compares());
         let painted = self.lay_panels_out()?;
+        self.note_scene();
         if self.act_on_delayed()? == Next::Quit {
             return Ok(Next::Quit);
         }
@@ -277,6 +283,7 @@ impl Flight {
             && self.camera.is_still()
             && !self.paths.player.is_playing()
             && self.frames_left.is_none();
+        self.note_view(is_still);
         let flows = !is_still || self.stale;
         self.panel_repaint_at = (rendered && !flows).then_some(now + PANEL_REPAINT);
         if !flows {

@@ -210,6 +210,9 @@ impl Input {
             }
             return forward(window, overlay, event);
         }
+        if let Some(action) = keys::action_with_alt(code).filter(|_| self.keys.alt() && down) {
+            return if key.repeat { Reaction::Nothing } else { Reaction::Do(action) };
+        }
         // Tab moves the focus through the panels, as everywhere else; then the keys that operate a widget are for it.
         let operates = matches!(
             code,
@@ -243,6 +246,10 @@ impl Input {
         if down && self.keys.control() && !is_modifier {
             let action = keys::action_with_control(key.logical_key.to_text(), self.keys.shift());
             return action.filter(|_| !key.repeat).map_or(Reaction::Nothing, Reaction::Do);
+        }
+        // A key whose press was for something else, such as Alt and an arrow, flies only when it is pressed again.
+        if key.repeat && !self.keys.is_down(code) {
+            return Reaction::Nothing;
         }
         let flies = self.keys.set(code, down, Instant::now());
         if code == keys::COMPARE {

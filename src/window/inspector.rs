@@ -53,7 +53,7 @@ pub(super) enum Edit {
     Solo(String),
     /// Draw all layers.
     ShowAll,
-    /// Undo the last step.
+    /// Undo the last step of the style or of the scene.
     Undo,
     /// Repeat the step that was undone.
     Redo,
@@ -123,10 +123,11 @@ impl Inspector {
         self.selected.as_deref()
     }
 
-    /// Lays out the inspector.
-    pub(super) fn show(&mut self, ui: &mut Ui, document: &StyleDocument) -> Shown {
+    /// Lays out the inspector. `steps` are the names of the steps that can be undone and redone, of the style or of the
+    /// scene.
+    pub(super) fn show(&mut self, ui: &mut Ui, document: &StyleDocument, steps: [Option<&str>; 2]) -> Shown {
         let mut shown = Shown::default();
-        self.head(ui, document, &mut shown.edits);
+        self.head(ui, document, steps, &mut shown.edits);
         let area = egui::ScrollArea::vertical().auto_shrink(false);
         area.show(ui, |ui| self.sections(ui, document, &mut shown.edits));
         if !ui.input(|input| input.pointer.any_down()) {
@@ -136,7 +137,7 @@ impl Inspector {
     }
 
     /// Adds the name of the file, the history and the search.
-    fn head(&mut self, ui: &mut Ui, document: &StyleDocument, edits: &mut Vec<Edit>) {
+    fn head(&mut self, ui: &mut Ui, document: &StyleDocument, [undo, redo]: [Option<&str>; 2], edits: &mut Vec<Edit>) {
         ui.horizontal(|ui| {
             let mark = if document.is_edited() { "• " } else { "" };
             let name = match document.path() {
@@ -151,7 +152,6 @@ impl Inspector {
             ui.add(egui::Label::new(RichText::new(format!("{mark}{name}")).strong()).truncate()).on_hover_text(hint);
         });
         ui.horizontal(|ui| {
-            let [undo, redo] = document.step_names().map(|name| name.map(str::to_owned));
             step_button(ui, "Undo", "Ctrl Z", undo, || edits.push(Edit::Undo));
             step_button(ui, "Redo", "Ctrl Y or Ctrl Shift Z", redo, || edits.push(Edit::Redo));
             ui.separator();
@@ -369,8 +369,8 @@ fn proposed_name(document: &StyleDocument) -> String {
 }
 
 /// Adds a button of the history, which says what it would do.
-fn step_button(ui: &mut Ui, name: &str, keys: &str, step: Option<String>, act: impl FnOnce()) {
-    let hint = step.as_ref().map_or_else(|| keys.to_owned(), |step| format!("{step} ({keys})"));
+fn step_button(ui: &mut Ui, name: &str, keys: &str, step: Option<&str>, act: impl FnOnce()) {
+    let hint = step.map_or_else(|| keys.to_owned(), |step| format!("{step} ({keys})"));
     if ui.add_enabled(step.is_some(), egui::Button::new(name)).on_hover_text(hint).clicked() {
         act();
     }

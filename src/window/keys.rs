@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use winit::keyboard::KeyCode;
 
+use super::camera_history::ViewStep;
 use super::dock::Pane;
 use super::fly_camera::FlyInput;
 
@@ -25,6 +26,8 @@ pub(super) enum Action {
     Toggle(Pane),
     /// Return to the start.
     Restart,
+    /// Return to the view before, or go forward again.
+    View(ViewStep),
     /// Toggle full screen.
     FullScreen,
     /// Multiply the field of view.
@@ -33,9 +36,9 @@ pub(super) enum Action {
     StepScale(i32),
     /// Release the mouse, or quit.
     Escape,
-    /// Undo the last edit of the style.
+    /// Undo the last change of the style or of the scene.
     Undo,
-    /// Repeat the edit that was undone last.
+    /// Repeat the change that was undone last.
     Redo,
     /// Write the file of the style.
     Save,
@@ -84,6 +87,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("F12 P", "save picture"),
     ("F11", "full screen"),
     ("R", "return to start"),
+    ("Alt Left, Alt Right", "view before, next view"),
     ("H", "hide this panel"),
     ("I", "edit the style"),
     ("K", "look inside the frame"),
@@ -161,6 +165,15 @@ pub(super) fn action_with_control(sign: Option<&str>, shift: bool) -> Option<Act
     })
 }
 
+/// Returns the action of a key that is pressed while Alt is down.
+pub(super) fn action_with_alt(code: KeyCode) -> Option<Action> {
+    match code {
+        KeyCode::ArrowLeft => Some(Action::View(ViewStep::Back)),
+        KeyCode::ArrowRight => Some(Action::View(ViewStep::Forward)),
+        _ => None,
+    }
+}
+
 /// The key that shows the style before while it is held.
 pub(super) const COMPARE: KeyCode = KeyCode::KeyB;
 
@@ -198,6 +211,11 @@ impl KeysDown {
     pub(super) fn clear(&mut self) {
         self.down.clear();
         self.held.clear();
+    }
+
+    /// Returns whether a key is down.
+    pub(super) fn is_down(&self, code: KeyCode) -> bool {
+        self.down.contains_key(&code)
     }
 
     /// Returns whether Shift is down.
@@ -335,5 +353,15 @@ mod tests {
         assert_eq!(action(KeyCode::PageUp, None), Some(Action::StepStyle(-1)));
         assert_eq!(action(KeyCode::Tab, Some("\t")), None, "Tab moves the focus");
         assert_eq!(action(KeyCode::Digit3, Some("3")), Some(Action::Favourite(2)));
+    }
+
+    #[test]
+    fn arrows_fly_but_not_with_alt() {
+        let mut keys = KeysDown::default();
+        assert!(keys.set(KeyCode::ArrowLeft, true, Instant::now()) && keys.is_down(KeyCode::ArrowLeft));
+        assert_eq!(action(KeyCode::ArrowLeft, None), None);
+        assert_eq!(action_with_alt(KeyCode::ArrowLeft), Some(Action::View(ViewStep::Back)));
+        assert_eq!(action_with_alt(KeyCode::ArrowRight), Some(Action::View(ViewStep::Forward)));
+        assert_eq!(action_with_alt(KeyCode::ArrowUp), None);
     }
 }

@@ -8,6 +8,7 @@
 mod app;
 mod background;
 mod browse;
+mod camera_history;
 mod camera_moves;
 mod clipboard;
 mod cost;
@@ -40,6 +41,7 @@ mod probe;
 mod questions;
 pub(crate) mod remembered;
 mod reopening;
+mod scene_history;
 mod screen;
 mod screen_reader;
 mod screenshot;

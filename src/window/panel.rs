@@ -5,6 +5,7 @@ mod tests;
 
 use egui::{Align, Color32, Layout, Response, RichText, Sense, Slider, Ui};
 
+use super::camera_history::ViewStep;
 use super::dock::Pane;
 use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, SPEED_FACTORS};
 use super::keys;
@@ -59,6 +60,8 @@ pub(super) struct PanelStats<'a> {
     pub is_preparing: bool,
     /// The other panels, and whether each is shown.
     pub panels: &'a [(Pane, bool)],
+    /// Whether there is a view before the present one, and one after it.
+    pub views: [bool; 2],
 }
 
 /// The user's requests in the panel.
@@ -68,6 +71,8 @@ pub(super) struct PanelRequests {
     pub screenshot: bool,
     /// Whether to return to the start of the flight.
     pub restart: bool,
+    /// A view to return to.
+    pub to_view: Option<ViewStep>,
     /// A panel to show, or to hide.
     pub toggled: Option<Pane>,
     /// Whether to open or close the gallery.
@@ -320,6 +325,17 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
     ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))
         .on_hover_text("Value for --camera");
     ui.horizontal(|ui| {
+        let [has_back, has_forward] = stats.views;
+        for (step, is_enabled, sign, name, hint) in [
+            (ViewStep::Back, has_back, "‹", "View before", "Return to the view before (Alt Left)"),
+            (ViewStep::Forward, has_forward, "›", "Next view", "Go forward again to the next view (Alt Right)"),
+        ] {
+            let button = ui.add_enabled(is_enabled, egui::Button::new(sign));
+            named(ui, button.id, name);
+            if button.on_hover_text(hint).on_disabled_hover_text(hint).clicked() {
+                requests.to_view = Some(step);
+            }
+        }
         if ui.button("Copy").on_hover_text("Copy the value for --camera").clicked() {
             ui.copy_text(text);
             requests.copied = true;

@@ -14,6 +14,7 @@ mod latency;
 mod model;
 mod person;
 mod studio;
+mod undo;
 mod walk;
 
 use std::path::{Path, PathBuf};

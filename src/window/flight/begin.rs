@@ -18,6 +18,7 @@ use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
 use crate::tiles::terrain::Prepared;
 use crate::window::browse::Browser;
+use crate::window::camera_history::CameraHistory;
 use crate::window::cost::Traffic;
 use crate::window::dock::Dock;
 use crate::window::export::ExportDialog;
@@ -33,6 +34,7 @@ use crate::window::picture_viewer::PictureViewer;
 use crate::window::pictures::Pictures;
 use crate::window::places::Places;
 use crate::window::questions::Questions;
+use crate::window::scene_history::SceneHistory;
 use crate::window::settings::{Settings, Styles};
 use crate::window::statistics::{FrameTimes, PassTimes};
 use crate::window::toasts::Toasts;
@@ -102,6 +104,7 @@ impl Flight {
             adapter: gpu.description(),
             input: Input::new(),
             camera: start.clone(),
+            camera_history: CameraHistory::new(start.exact(), Instant::now()),
             start,
             light_panel: LightPanel::new(earth),
             land_panel: world.land_panel(),
@@ -109,6 +112,7 @@ impl Flight {
             proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
             layer_picking: LayerPicking::new(),
+            scene_history: SceneHistory::new(&settings),
             settings,
             styles,
             frame_times: FrameTimes::default(),

@@ -139,6 +139,7 @@ impl Flight {
             Action::AddView => self.add_view(),
             Action::Play => self.toggle_play(),
             Action::Restart => self.restart(),
+            Action::View(step) => self.go_to_remembered(step),
             Action::TopView => self.top_view(),
             Action::FrameAll => self.frame_all(),
             Action::GoTo => self.navigation.go_to.open(),

@@ -44,6 +44,8 @@ impl Flight {
         let pasted = match edit {
             Edit::Save => return Some(self.save(style)),
             Edit::SaveAs(path, extends) => return Some(self.save_as(style, &path, extends.as_deref())),
+            Edit::Undo if self.is_scene_next(0, style) => return self.undo_scene(),
+            Edit::Redo if self.is_scene_next(1, style) => return self.redo_scene(),
             Edit::Paste(_) => self.overlay.clipboard_text(),
             _ => None,
         };

@@ -8,6 +8,7 @@ use crate::scene::view::{Rig, View};
 use crate::scene::{Forest, Scene, SceneFocus};
 use crate::tiles::terrain::TerrainOptions;
 use crate::window::reopening::{LandToRead, Reopening};
+use crate::window::scene_history::SceneValue;
 use crate::window::settings::Settings;
 use crate::window::toasts::About;
 
@@ -73,6 +74,7 @@ impl Flight {
                         camera.position_m.z *= ratio;
                         camera.stop_moves();
                     }
+                    self.camera_history.scale_heights(ratio);
                 }
                 self.begin_again();
                 self.read_grounds();
@@ -82,6 +84,9 @@ impl Flight {
             Err(error) => {
                 self.settings.exaggeration = self.world.surfaces.exaggeration();
                 self.settings.tree_seed = self.world.tree_seed();
+                for value in [SceneValue::Exaggeration, SceneValue::TreeSeed] {
+                    self.scene_history.refuse(value, &self.settings);
+                }
                 self.say(About::Edit, error, TOAST);
             }
         }

@@ -4,6 +4,7 @@ use super::controls::TOAST;
 use super::{Flight, ground_m};
 use crate::composite::PICTURE;
 use crate::frame::Renderer;
+use crate::studio::document::StyleDocument;
 use crate::window::cost::{self, CostStats};
 use crate::window::dock::Pane;
 use crate::window::fly_camera::{FlyCamera, FlyInput};
@@ -12,6 +13,7 @@ use crate::window::inspector::Edit;
 use crate::window::overlay::Painted;
 use crate::window::panel::{self, PanelRequests, PanelStats};
 use crate::window::questions::Question;
+use crate::window::scene_history::next_names;
 use crate::window::settings::Settings;
 use crate::window::toasts::{self, About};
 use crate::window::{WindowError, export, open_dialog, opening, path_panel, status, welcome, works};
@@ -72,6 +74,7 @@ impl Flight {
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
             is_preparing: has_picture && !self.shows_chosen_style(),
             panels: &panels,
+            views: self.has_views(),
         };
         let renderer = self.renderer.as_ref();
         let cost = CostStats {
@@ -90,6 +93,8 @@ impl Flight {
             self.world_being_opened.iter().map(|opening| &*opening.work).chain(exports).collect();
         let window_px = self.settings.eye_px(self.screen.size_px());
         let mut divided = self.divided.as_ref().map(|divided| (divided.divider, divided.is_ready()));
+        let of_style = self.styles.document(self.settings.style).map_or([None, None], StyleDocument::steps);
+        let steps = next_names(self.scene_history.steps(), of_style);
         let painted = self.overlay.run(&self.window, |ui| {
             let context = &ui.ctx().clone();
             if !has_picture {
@@ -105,7 +110,7 @@ impl Flight {
                 }
                 Pane::Style => {
                     if let Some(document) = self.styles.document(settings_before.style) {
-                        requests.edits = self.inspector.show(ui, document).edits;
+                        requests.edits = self.inspector.show(ui, document, steps).edits;
                     }
                 }
                 Pane::Inside => self.viewer.show(ui, &entries),
@@ -214,6 +219,9 @@ impl Flight {
         self.follow_seed();
         if requests.restart {
             self.restart();
+        }
+        if let Some(step) = requests.to_view {
+            self.go_to_remembered(step);
         }
         if requests.screenshot {
             self.take_screenshot();

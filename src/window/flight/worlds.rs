@@ -16,12 +16,14 @@ use crate::studio::file_kind::{FileKind, expand_home, file_kind};
 use crate::tiles::terrain::{Prepared, TerrainOptions};
 use crate::window::FlightWorld;
 use crate::window::browse::{self, Chosen};
+use crate::window::camera_history::CameraHistory;
 use crate::window::fly_camera::FlyCamera;
 use crate::window::light::LightPanel;
 use crate::window::open_dialog::OpenRequest;
 use crate::window::other_world::{OtherWorld, WorldToOpen};
 use crate::window::path_flight::{self, Reading};
 use crate::window::places::Places;
+use crate::window::scene_history::{SceneHistory, SceneValue};
 use crate::window::toasts::About;
 
 use super::navigate::Navigation;
@@ -107,7 +109,7 @@ impl Flight {
     /// Begins to open another world; the present one stays until it is open.
     fn open_world(&mut self, name: Option<&str>) {
         // Another seed was meant for the present world.
-        self.settings.world_seed = self.world.scene.world.seed();
+        self.keep_seed();
         self.begin_to_open(name, Overrides::default(), None);
     }
 
@@ -115,6 +117,11 @@ impl Flight {
     /// stay.
     pub(super) fn follow_seed(&mut self) {
         let Some(seed) = self.settings.world_seed.filter(|seed| self.world.scene.world.seed() != Some(*seed)) else {
+            // Another seed may have been undone while its land is being opened.
+            if let Some(opening) = self.world_being_opened.take_if(|opening| opening.seed.is_some()) {
+                opening.work.cancel();
+                self.needs_relayout = true;
+            }
             return;
         };
         let is_begun = self.world_being_opened.as_ref().is_some_and(|opening| opening.seed == Some(seed));
@@ -129,6 +136,12 @@ impl Flight {
         };
         let name = self.world.world.clone();
         self.begin_to_open(name.as_deref(), overrides, exaggeration);
+    }
+
+    /// Gives up another seed: the land stays.
+    fn keep_seed(&mut self) {
+        self.settings.world_seed = self.world.scene.world.seed();
+        self.scene_history.refuse(SceneValue::WorldSeed, &self.settings);
     }
 
     fn begin_to_open(&mut self, name: Option<&str>, overrides: Overrides, exaggeration: Option<f64>) {
@@ -161,7 +174,7 @@ impl Flight {
         if let Some(opening) = self.world_being_opened.take() {
             opening.work.cancel();
             self.path_of_opening = None;
-            self.settings.world_seed = self.world.scene.world.seed();
+            self.keep_seed();
             self.needs_relayout = true;
             self.say(About::File, format!("{}: cancelled", opening.work.title), TOAST);
         }
@@ -183,7 +196,7 @@ impl Flight {
                 self.enter(*world, seed.is_some());
             }
             Err(error) => {
-                self.settings.world_seed = self.world.scene.world.seed();
+                self.keep_seed();
                 let unread = self.path_of_opening.take().map(|path| format!("{}: not read either", named(&path)));
                 self.cannot_open(std::iter::once(error).chain(unread).collect::<Vec<_>>().join("\n"));
             }
@@ -216,6 +229,12 @@ impl Flight {
         }
         self.settings.world_seed = world.scene.world.seed();
         self.settings.focus = world.scene.focus;
+        if is_same {
+            self.scene_history.follow(&self.settings);
+        } else {
+            self.scene_history = SceneHistory::new(&self.settings);
+        }
+        self.camera_history = CameraHistory::new(self.start.exact(), Instant::now());
         let pose = self.start.pose();
         self.last = LastPicture { pose, prepared: Prepared::default(), tiles_loaded: 0, ..self.last };
         self.window.set_title(&format!("{} — hachure", world.name));

@@ -42,7 +42,8 @@ fn open_with(inspector: Inspector, name: &str, size: egui::Vec2) -> Harness<'sta
     let harness = Harness::builder().with_size(size).with_max_steps(40);
     let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
         |ui, bench: &mut Bench| {
-            for edit in bench.inspector.show(ui, &bench.document).edits {
+            let steps = bench.document.step_names();
+            for edit in bench.inspector.show(ui, &bench.document, steps).edits {
                 bench.saves += usize::from(matches!(edit, Edit::Save));
                 match apply(&mut bench.document, edit, Some("0.25")) {
                     Ok(said) => bench.said.extend(said),

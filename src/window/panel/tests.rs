@@ -54,6 +54,7 @@ fn stats(strokes: Option<StrokeNumbers>) -> PanelStats<'static> {
         height_above_ground_m: 0.0,
         is_preparing: false,
         panels: &[],
+        views: [true, false],
     }
 }
 
@@ -236,6 +237,19 @@ fn buttons_of_panels_ask_for_them() {
     let toggled = PanelRequests { toggled: Some(Pane::Inside), ..PanelRequests::default() };
     let copied = PanelRequests { copied: true, ..PanelRequests::default() };
     assert_eq!(requests.as_slice(), [toggled, copied]);
+}
+
+#[test]
+fn buttons_return_to_views_that_there_are() {
+    let mut harness = open();
+    let is_disabled = |name: &str| harness.get_by_label(name).accesskit_node().is_disabled();
+    assert_eq!(["View before", "Next view"].map(is_disabled), [false, true]);
+    for name in ["Next view", "View before"] {
+        harness.get_by_label(name).click();
+        harness.run();
+    }
+    let back = PanelRequests { to_view: Some(ViewStep::Back), ..PanelRequests::default() };
+    assert_eq!(harness.state().requests.as_slice(), [back]);
 }
 
 #[test]
