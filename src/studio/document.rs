@@ -415,10 +415,19 @@ impl StyleDocument {
         let row = section.and_then(|section| section.rows.iter().find(|row| row.key == key));
         match (section, row) {
             (Some(section), Some(row)) => {
-                format!("{}: {} {}", section.title, row.label.to_lowercase(), row.shown())
+                format!("{}: {} {}", section.title, uncapitalised(&row.label), row.shown())
             }
             _ => key.to_owned(),
         }
+    }
+}
+
+/// Returns a label as it is written within a sentence; an abbreviation keeps its capital letters.
+fn uncapitalised(label: &str) -> String {
+    let mut letters = label.chars();
+    match (letters.next(), letters.clone().next()) {
+        (Some(first), Some(second)) if second.is_lowercase() => first.to_lowercase().chain(letters).collect(),
+        _ => label.to_owned(),
     }
 }
 

@@ -1,10 +1,12 @@
 //! What an inspector shows of a style: its sections with their parameters and values, from the definitions.
 
+use std::sync::OnceLock;
+
 use toml_edit::{Item, Value};
 
 use crate::style::Style;
 use crate::style::layers::most_of_kind;
-use crate::style::parameters::{Definition, Parameter, Setting, ValueKind, find, parameters_of};
+use crate::style::parameters::{Definition, Parameter, Setting, ValueKind, capitalised, find, parameters_of};
 use crate::style::set::SetValue;
 
 /// A section of a style with its parameters.
@@ -44,7 +46,7 @@ pub(crate) enum Place {
 pub(crate) struct Row {
     /// Full key, for example `hatching.sets[0].from`.
     pub key: String,
-    /// Name for people, without unit.
+    /// Name for people, from the definition.
     pub label: String,
     /// Key, help, unit, range and default of the parameter.
     pub definition: Definition,
@@ -113,33 +115,28 @@ pub(crate) fn sections(style: &Style) -> Vec<Section> {
         if let Some(section) = all.last_mut() {
             let value = find(&item, &key).and_then(Item::as_value).cloned();
             let without_effect = without_effect(style, &key);
-            section.rows.push(Row { label: label(definition.key), key, definition, value, without_effect });
+            section.rows.push(Row { label: definition.label(), key, definition, value, without_effect });
         }
     }
-    all.iter_mut().for_each(|section| distinguish(&mut section.rows));
     all
 }
 
-/// Adds the unit to the label of each parameter that would have the same label as another one of its section, such as
-/// `crests` and `crests_px`.
-fn distinguish(rows: &mut [Row]) {
-    let labels: Vec<String> = rows.iter().map(|row| row.label.clone()).collect();
-    for row in rows {
-        let is_repeated = labels.iter().filter(|label| **label == row.label).count() > 1;
-        if is_repeated {
-            row.label = capitalised(&row.definition.key.replace('_', " "));
-        }
-    }
+/// Returns the definitions of a style, which are collected once.
+fn all_definitions() -> &'static [Definition] {
+    static ALL: OnceLock<Vec<Definition>> = OnceLock::new();
+    ALL.get_or_init(|| match Style::kind() {
+        ValueKind::Section(definitions) => definitions,
+        _ => Vec::new(),
+    })
 }
 
 /// Returns the kinds of layers that a style may have, with their help, from the bottom to the top.
-pub(crate) fn layer_definitions() -> Vec<Definition> {
-    let ValueKind::Section(definitions) = Style::kind() else { return Vec::new() };
-    let layers = definitions.into_iter().find_map(|definition| match definition.kind {
-        ValueKind::Layers(kinds) => Some(kinds),
+pub(crate) fn layer_definitions() -> &'static [Definition] {
+    let kinds = |definition: &'static Definition| match &definition.kind {
+        ValueKind::Layers(kinds) => Some(kinds.as_slice()),
         _ => None,
-    });
-    layers.unwrap_or_default()
+    };
+    all_definitions().iter().find_map(kinds).unwrap_or_default()
 }
 
 fn layer_kinds() -> Vec<&'static str> {
@@ -178,28 +175,27 @@ fn without_effect(style: &Style, key: &str) -> Option<&'static str> {
     }
 }
 
-/// Returns the name of a section for people: `hatching.sets[0]` is "Hatching, set 1".
+/// Returns the name of a section for people, from the labels of the definitions: `hatching.sets[0]` is "Hatching, set 1".
 pub(crate) fn title(key: &str) -> String {
-    let is_layer = |name: &str| layer_kinds().contains(&name);
-    let parts = key.split('.').enumerate().map(|(place, step)| {
+    let mut within: &[Definition] = all_definitions();
+    let mut parts = Vec::new();
+    for (place, step) in key.split('.').enumerate() {
         let (name, number) = match step.strip_suffix(']').and_then(|step| step.split_once('[')) {
             Some((name, number)) => (name, number.parse::<usize>().ok()),
             None => (step, None),
         };
-        let words = match name {
-            "height_lines" => "contour lines".to_owned(),
-            "local_color" => "local colour".to_owned(),
-            "watercolor" => "watercolour".to_owned(),
-            name => name.replace('_', " "),
-        };
-        match number {
+        let layer = layer_definitions().iter().find(|kind| place == 0 && kind.key == name);
+        let definition = layer.or_else(|| within.iter().find(|definition| definition.key == name));
+        let words = definition.map_or_else(|| name.replace('_', " "), |definition| definition.label().to_lowercase());
+        within = definition.and_then(Definition::section).unwrap_or_default();
+        parts.push(match number {
             // The first layer of a kind has no number.
-            Some(number) if place == 0 && is_layer(name) => format!("{words} {}", number + 1),
+            Some(number) if layer.is_some() => format!("{words} {}", number + 1),
             Some(number) => format!("{} {}", singular(&words), number + 1),
             None => words,
-        }
-    });
-    capitalised(&parts.collect::<Vec<_>>().join(", "))
+        });
+    }
+    capitalised(&parts.join(", "))
 }
 
 fn singular(words: &str) -> String {
@@ -207,18 +203,6 @@ fn singular(words: &str) -> String {
         Some(stem) => format!("{stem}y"),
         None => words.strip_suffix('s').unwrap_or(words).to_owned(),
     }
-}
-
-fn capitalised(words: &str) -> String {
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// Returns the name of a parameter for people: its key without the unit.
-fn label(key: &str) -> String {
-    let units = ["_px", "_deg", "_m", "_s"];
-    let bare = units.into_iter().find_map(|unit| key.strip_suffix(unit)).unwrap_or(key);
-    capitalised(&bare.replace('_', " "))
 }
 
 impl Row {
@@ -252,10 +236,18 @@ impl Row {
     pub(crate) fn shown(&self) -> String {
         let unit = self.unit().map_or(String::new(), |unit| format!(" {unit}"));
         match &self.value {
+            Some(_) if let Some(word) = self.zero_word() => word.to_owned(),
             Some(Value::String(text)) => text.value().clone(),
             Some(value) => format!("{}{unit}", value.to_string().trim()),
             None => "not given".to_owned(),
         }
+    }
+
+    /// Returns the word that is shown instead of the value, if the value is 0 and 0 has one.
+    fn zero_word(&self) -> Option<&'static str> {
+        let value = self.value.as_ref()?;
+        let is_zero = value.as_float() == Some(0.0) || value.as_integer() == Some(0);
+        self.definition.zero_word.filter(|_| is_zero)
     }
 
     /// Returns whether the parameter has its default value.
@@ -265,7 +257,7 @@ impl Row {
         self.value.as_ref().map(text) == default.map(text)
     }
 
-    /// Returns whether a search for `words` finds the parameter, by its name, its key or its help.
+    /// Returns whether a search for `words` finds the parameter, by its label, its key or its help.
     pub(crate) fn is_found(&self, words: &str) -> bool {
         let all = format!("{} {} {}", self.label, self.key, self.definition.help).to_lowercase();
         words.to_lowercase().split_whitespace().all(|word| all.contains(word))

@@ -78,31 +78,31 @@ parameters! {
         /// One-line description of the marks.
         description: String;
         /// Kind of the marks.
-        kind: Kind;
+        kind called "Kind of marks": Kind;
         /// Images of a stack: 1 to 32 PNG files from light to dark, relative to the recipe.
-        images: Vec<PathBuf> = Vec::new();
+        images called "Images of stack": Vec<PathBuf> = Vec::new();
         /// Side of the square tile that repeats; a stack uses the size of its images instead.
-        side_px: u32 = 512 => Range::PowerOfTwo(SIDES_PX[0], SIDES_PX[1]);
+        side_px called "Tile side": u32 = 512 => Range::PowerOfTwo(SIDES_PX[0], SIDES_PX[1]);
         /// Seed of the random placement; another number gives another tile of the same kind.
         seed: u32 = 0;
         /// Length of a mark; lines and dots ignore it.
-        length_px: f32 = 36.0 => Range::Within(1.0, 400.0);
+        length_px called "Mark length": f32 = 36.0 => Range::Within(1.0, 400.0);
         /// Mean width of a mark at mid tone, at most 90 % of `spacing_px`.
-        width_px: f32 = 2.0 => Range::Within(1.0, 32.0);
+        width_px called "Mark width": f32 = 2.0 => Range::Within(1.0, 32.0);
         /// Mean distance between the centre lines of neighbouring marks at mid tone.
-        spacing_px: f32 = 8.0 => Range::Within(2.0, 64.0);
+        spacing_px called "Mark spacing": f32 = 8.0 => Range::Within(2.0, 64.0);
         /// How far a mark slowly wanders sideways, as if drawn by hand.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
         /// Fraction of a mark's length over which it tapers at its ends.
         taper: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Irregularity of the placement of marks.
-        jitter: f32 = 0.0 => Range::Within(0.0, 1.0);
+        jitter called "Irregularity": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much of the darkening comes from wider marks instead of more marks; 1 gives an engraver's line.
-        swell: f32 = 0.0 => Range::Within(0.0, 1.0);
+        swell called "Darkening by width": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much pressure, and therefore width, varies between marks and along a mark.
-        pressure: f32 = 0.0 => Range::Within(0.0, 1.0);
+        pressure called "Pressure variation": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much the tooth of the paper breaks up the marks.
-        grain: f32 = 0.0 => Range::Within(0.0, 1.0);
+        grain called "Paper grain": f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 

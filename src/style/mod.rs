@@ -92,7 +92,7 @@ parameters! {
         /// Light that emphasises relief; without this section the light is not modified.
         relief: Option<Relief>;
         /// Tones that look like watercolour; without this section tones are not modified.
-        watercolor: Option<Watercolor>;
+        watercolor called "Watercolour": Option<Watercolor>;
         /// The paper on which the picture is drawn.
         paper: Paper;
         /// The sky above the horizon.
@@ -113,17 +113,17 @@ parameters! {
     /// The paper, its margin and its border.
     pub struct Paper {
         /// Colour of the paper; all other colours are multiplied by it.
-        color: Color = Color::WHITE;
+        color called "Paper colour": Color = Color::WHITE;
         /// Visibility of the grain of the paper.
         grain: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Width of the blank margin, which covers the edges of the picture.
         margin_px: f32 = 0.0 => Range::Within(0.0, 1000.0);
         /// Width of the border line around the picture, inside the margin; 0 draws none.
-        border_px: f32 = 0.0 => Range::Within(0.0, 64.0);
+        border_px called "Border width": f32 = 0.0 => Range::Within(0.0, 64.0), zero "none";
         /// Colour of the border line.
-        border: Color = Color::default();
+        border called "Border colour": Color = Color::default();
         /// Height of additional blank paper at the bottom, next to the margin: room for a title block.
-        foot_px: f32 = 0.0 => Range::Within(0.0, 4000.0);
+        foot_px called "Title block height": f32 = 0.0 => Range::Within(0.0, 4000.0);
     }
 }
 
@@ -139,7 +139,7 @@ parameters! {
     /// above and far land from the side (Patterson 2000, "A View from on High").
     pub struct Panorama {
         /// Angle of the horizon below horizontal, reached by bending the land away from the eye; maps are never bent.
-        horizon_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
+        horizon_deg called "Dip of horizon": f32 = 0.0 => Range::Within(0.0, 60.0);
     }
 }
 
@@ -159,9 +159,9 @@ parameters! {
     /// Haze: how distant land fades.
     pub struct Haze {
         /// Colour that distant land fades to.
-        color: Color = Color::WHITE;
+        color called "Haze colour": Color = Color::WHITE;
         /// Fraction of a tone that remains in full haze.
-        faintest_tone: f32 = 0.0 => Range::Within(0.0, 1.0);
+        faintest_tone called "Tone in full haze": f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 

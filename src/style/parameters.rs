@@ -6,15 +6,17 @@
 //!
 //! ```text
 //! /// One sentence of help, which is also the doc comment.
-//! field as "key" in "unit": Type = default => range, soft end;
+//! field as "key" in "unit" called "Label": Type = default => range, soft end, zero "word";
 //! ```
 //!
 //! - `as "key"` sets the key, if it differs from the field's name.
 //! - `in "unit"` sets the unit, if the name does not end with one: `width_px` is in pixels without it.
+//! - `called "Label"` sets the name in the inspector, where the key in words would not say what the parameter is.
 //! - Without a default, a number, text, colour or choice is required; an `Option` defaults to `None`, and a section to
 //!   what it is when none of its keys are given.
 //! - The range is a [`Range`]; without one, every value of the type is allowed. `soft` is the upper end of a slider, if
-//!   useful values are far below the largest allowed one, or if there is none.
+//!   useful values are far below the largest allowed one, or if there is none. `zero` is the word that is shown for the
+//!   value 0, where 0 means that there is none of something, or that it is chosen automatically.
 //!
 //! After the name of a struct, `listed` names a check for lists of such sections, and `whole` a check that compares
 //! several parameters. Fields in `loaded` are not parameters; the code that loads a style fills them in.
@@ -27,6 +29,8 @@ mod text;
 
 use serde::de::DeserializeOwned;
 
+#[cfg(any(feature = "window", feature = "headset"))]
+pub(crate) use definition::capitalised;
 pub(crate) use definition::unit;
 pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
 pub use document::document;
@@ -49,7 +53,8 @@ macro_rules! parameters {
         pub struct $name:ident $(, listed $listed:path)? $(, whole $whole:path)? {
             $(
                 $(#[doc = $help:literal])+
-                $field:ident $(as $key:literal)? $(in $unit:literal)? : $type:ty $(= $default:expr)? $(=> $range:expr $(, soft $soft:expr)?)?;
+                $field:ident $(as $key:literal)? $(in $unit:literal)? $(called $label:literal)? : $type:ty $(= $default:expr)?
+                    $(=> $range:expr $(, soft $soft:expr)? $(, zero $zero:literal)?)?;
             )+
         }
         $(loaded {
@@ -118,6 +123,8 @@ macro_rules! parameters {
                         $crate::style::parameters::absent([$($default)?]),
                     )
                     .with_soft_end(&[$($($soft)?)?])
+                    .with_label(&[$($label)?])
+                    .with_zero_word(&[$($($zero)?)?])
                 ),+])
             }
 

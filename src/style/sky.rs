@@ -8,42 +8,42 @@ parameters! {
     /// The sky: a gradient with rules, clouds, a sun or moon and stars.
     pub struct Sky {
         /// Colour at the top of the gradient.
-        zenith: Color = Color::WHITE;
+        zenith called "Zenith colour": Color = Color::WHITE;
         /// Colour at the horizon.
-        horizon: Color = Color::WHITE;
+        horizon called "Horizon colour": Color = Color::WHITE;
         /// Width of the horizontal ruled lines; 0 draws none.
-        rules_px: f32 = 0.0 => Range::Within(0.0, 8.0);
+        rules_px called "Ruled line width": f32 = 0.0 => Range::Within(0.0, 8.0), zero "none";
         /// Distance between ruled lines.
-        spacing_px: f32 = 5.0 => Range::Within(2.0, 64.0);
+        spacing_px called "Ruled line spacing": f32 = 5.0 => Range::Within(2.0, 64.0);
         /// How much thinner ruled lines are at the horizon than at the top; negative values make them thinner at the
         /// top.
-        fade: f32 = 0.7 => Range::Within(-1.0, 1.0);
+        fade called "Ruled line fade": f32 = 0.7 => Range::Within(-1.0, 1.0);
         /// Colour of ruled lines and outlines.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// Width of the outline of clouds and the sun; 0 draws none.
-        outline_px: f32 = 0.0 => Range::Within(0.0, 16.0);
+        outline_px called "Outline width": f32 = 0.0 => Range::Within(0.0, 16.0), zero "none";
         /// Density of clouds: the fraction of possible positions that have one.
-        clouds: f32 = 0.0 => Range::Within(0.0, 1.0);
+        clouds called "Cloud density": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Shape of clouds.
-        cloud_form: CloudForm = CloudForm::Cumulus;
+        cloud_form called "Cloud shape": CloudForm = CloudForm::Cumulus;
         /// Fill colour of clouds.
-        cloud: Color = Color::WHITE;
+        cloud called "Cloud colour": Color = Color::WHITE;
         /// Height of the graded band at the top of the picture, as a fraction of its height; 0 draws none.
-        bokashi: f32 = 0.0 => Range::Within(0.0, 1.0);
+        bokashi called "Top band height": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Height of a graded band on the horizon, as a fraction of the picture's height; 0 draws none.
-        horizon_bokashi: f32 = 0.0 => Range::Within(0.0, 1.0);
+        horizon_bokashi called "Horizon band height": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Colour of both graded bands.
-        bokashi_color: Color = Color::default();
+        bokashi_color called "Band colour": Color = Color::default();
         /// Angular radius of the disc of the sun or moon; 0 draws none.
-        sun_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
+        sun_deg called "Sun radius": f32 = 0.0 => Range::Within(0.0, 45.0), zero "none";
         /// Colour of the disc of the sun or moon.
-        sun: Color = Color::WHITE;
+        sun called "Sun colour": Color = Color::WHITE;
         /// Density of stars: the fraction of possible positions that have one.
-        stars: f32 = 0.0 => Range::Within(0.0, 1.0);
+        stars called "Star density": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Diameter of the brightest stars; the faintest have half of it.
-        star_px: f32 = 2.0 => Range::Within(0.5, 16.0);
+        star_px called "Star diameter": f32 = 2.0 => Range::Within(0.5, 16.0);
         /// Colour of stars.
-        star: Color = Color::WHITE;
+        star called "Star colour": Color = Color::WHITE;
     }
 }
 

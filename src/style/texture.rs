@@ -41,9 +41,9 @@ parameters! {
     #[derive(Copy, Eq)]
     pub struct Tile {
         /// Length of the tile along the stroke.
-        along_px: u32 => Range::PowerOfTwo(64, 2048);
+        along_px called "Length along stroke": u32 => Range::PowerOfTwo(64, 2048);
         /// Width of the tile across the stroke.
-        across_px: u32 => Range::PowerOfTwo(16, 512);
+        across_px called "Width across stroke": u32 => Range::PowerOfTwo(16, 512);
         /// Seed of the noise; another number gives another tile of the same kind.
         seed: u32;
     }
@@ -54,20 +54,20 @@ parameters! {
     #[derive(Copy)]
     pub struct Touch {
         /// Width of a stroke for which the sizes below apply.
-        nominal_width_px: f32 => Range::Within(1.0, 64.0);
+        nominal_width_px called "Nominal stroke width": f32 => Range::Within(1.0, 64.0);
         /// How much marks widen with the stroke: 0 is not at all, like the grain of paper; 1 is fully, like brush
         /// hairs.
-        spread: f32 => Range::Within(0.0, 1.0);
+        spread called "Widening with stroke": f32 => Range::Within(0.0, 1.0), zero "none";
         /// How gradually a mark takes ink as pressure increases.
-        softness: f32 => Range::Within(0.01, 0.5);
+        softness called "Softness of ink": f32 => Range::Within(0.01, 0.5);
         /// Exponent of the pressure; below 1 light pressure already leaves much ink.
-        response: f32 => Range::Within(0.05, 4.0);
+        response called "Pressure exponent": f32 => Range::Within(0.05, 4.0);
         /// Fraction of the paper that takes ink at full pressure.
-        fill: f32 => Range::Within(0.05, 1.0);
+        fill called "Largest ink cover": f32 => Range::Within(0.05, 1.0);
         /// Width of the border of a stroke in which pressure decreases.
         border_px: f32 => Range::Within(0.0, 32.0);
         /// Largest width of the border, as a fraction of half the stroke's width, so that thin strokes keep a core.
-        border_part: f32 => Range::Within(0.0, 1.0);
+        border_part called "Largest border part": f32 => Range::Within(0.0, 1.0);
         /// Fraction of the pressure that remains at the outer edge of the border.
         border_pressure: f32 => Range::Within(0.0, 1.0);
     }
@@ -78,13 +78,13 @@ parameters! {
     #[derive(Copy)]
     pub struct Pigment {
         /// Mean darkness of a full mark.
-        density: f32 => Range::Within(0.05, 1.0);
+        density called "Mean darkness": f32 => Range::Within(0.05, 1.0);
         /// Largest deviation of the darkness from its mean.
-        variation: f32 => Range::Within(0.0, 1.0);
+        variation called "Variation of darkness": f32 => Range::Within(0.0, 1.0);
         /// Length of a variation of darkness along the stroke.
-        along_px: f32 => Range::Within(1.0, 256.0);
+        along_px called "Variation along stroke": f32 => Range::Within(1.0, 256.0);
         /// Length of a variation of darkness across the stroke.
-        across_px: f32 => Range::Within(1.0, 64.0);
+        across_px called "Variation across stroke": f32 => Range::Within(1.0, 64.0);
     }
 }
 
@@ -93,9 +93,9 @@ parameters! {
     #[derive(Copy)]
     pub struct Marks {
         /// Length of a mark along the stroke.
-        along_px: f32 => Range::Within(1.0, 256.0);
+        along_px called "Mark length": f32 => Range::Within(1.0, 256.0);
         /// Width of a mark across the stroke.
-        across_px: f32 => Range::Within(1.0, 64.0);
+        across_px called "Mark width": f32 => Range::Within(1.0, 64.0);
         /// Weight of this noise in the sum.
         weight: f32 => Range::Within(1e-3, 16.0);
         /// How far marks swerve sideways along the stroke.

@@ -31,7 +31,7 @@ parameters! {
     /// Blinn-Phong shading over an elevation tint.
     pub struct Plain {
         /// How much trees and models show their own colours; 0 colours them like the land.
-        local_color: f32 = 0.0 => Range::Within(0.0, 1.0);
+        local_color called "Local colour": f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
@@ -39,19 +39,19 @@ parameters! {
     /// Tones in steps, or smooth ones.
     pub struct Toon {
         /// Number of tone steps; 0 gives a smooth tone.
-        steps: u32 => Range::ZeroOr(2, 64);
+        steps called "Tone steps": u32 => Range::ZeroOr(2, 64), zero "smooth";
         /// Tone of the darkest step.
-        darkest: f32 => Range::Within(0.0, 1.0);
+        darkest called "Darkest tone": f32 => Range::Within(0.0, 1.0);
         /// Tone of the lightest step.
-        lightest: f32 = 1.0 => Range::Within(0.0, 1.0);
+        lightest called "Lightest tone": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// How much of the tone is drawn as colour; hatching can draw the rest.
-        wash: f32 = 1.0 => Range::Within(0.0, 1.0);
+        wash called "Drawn as colour": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Colours of the tones; without this section tones are grey.
         ramp: Option<Ramp>;
         /// Fraction of a step in which it blends into the next.
-        softness: f32 = 0.0 => Range::Within(0.0, 1.0);
+        softness called "Softness of steps": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much trees and models show their own colours; 0 colours them like the land.
-        local_color: f32 = 0.0 => Range::Within(0.0, 1.0);
+        local_color called "Local colour": f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
@@ -59,7 +59,7 @@ parameters! {
     /// Colours by tone and by one attribute of the surface (X-toon: Barla, Thollot and Markosian 2006).
     pub struct Ramp {
         /// Attribute that selects the colour, in addition to the tone.
-        by: Attribute = Attribute::Height;
+        by called "Colour by": Attribute = Attribute::Height;
         /// Colours at increasing values of the attribute; between two stops colours are interpolated.
         stops: Vec<Stop> => Range::Entries(1, 16);
     }
@@ -81,9 +81,9 @@ parameters! {
     /// Colours at one value of the attribute.
     pub struct Stop, listed rises {
         /// Value of the attribute.
-        at: f32 => Range::Within(-1e9, 1e9);
+        at called "At value": f32 => Range::Within(-1e9, 1e9);
         /// Evenly spaced colours from the darkest tone to the lightest.
-        colors: Vec<Color> => Range::Entries(1, 16);
+        colors called "Colours": Vec<Color> => Range::Entries(1, 16);
     }
 }
 
@@ -91,15 +91,15 @@ parameters! {
     /// Tones that look like watercolour (Bousseau, Kaplan, Thollot and Sillion 2006).
     pub struct Watercolor {
         /// How much darker the pigment is at the edge of a wash.
-        edge: f32 = 1.2 => Range::Within(0.0, 4.0);
+        edge called "Edge darkening": f32 = 1.2 => Range::Within(0.0, 4.0);
         /// Width of the dark edge of a wash.
-        edge_px: f32 = 3.0 => Range::Within(1.0, 16.0);
+        edge_px called "Edge width": f32 = 3.0 => Range::Within(1.0, 16.0);
         /// How much pigment settles in the hollows of the paper's texture.
         granulation: f32 = 0.5 => Range::Within(0.0, 2.0);
         /// How unevenly water distributes the pigment.
-        flow: f32 = 0.6 => Range::Within(0.0, 2.0);
+        flow called "Uneven flow": f32 = 0.6 => Range::Within(0.0, 2.0);
         /// How far washes stray from the area that they fill.
-        warp_px: f32 = 5.0 => Range::Within(0.0, 32.0);
+        warp_px called "Straying of washes": f32 = 5.0 => Range::Within(0.0, 32.0);
     }
 }
 
@@ -107,27 +107,27 @@ parameters! {
     /// How the land is lit.
     pub struct Shading {
         /// How far light wraps around the surface; 0 is Lambert's cosine law, 1 keeps shape visible in the shade.
-        wrap: f32 = 1.0 => Range::Within(0.0, 1.0);
+        wrap called "Wrap of light": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Ambient light: the brightness where the sun does not shine.
-        ambient: f32 = 0.0 => Range::Within(0.0, 1.0);
+        ambient called "Ambient light": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strength of cast shadows; at 1 they remove all sunlight.
-        shadow: f32 = 0.0 => Range::Within(0.0, 1.0);
+        shadow called "Cast shadows": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strength of ambient occlusion by the surrounding land.
-        occlusion: f32 = 0.0 => Range::Within(0.0, 1.0);
+        occlusion called "Ambient occlusion": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much of the darkness comes from the slope alone, independent of light; a slope of 45° is black.
-        slope: f32 = 0.0 => Range::Within(0.0, 1.0);
+        slope called "Darkness by slope": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// The land is smoothed to this size before it is lit; 0 lights it unsmoothed.
-        form_px: f32 = 0.0 => Range::Within(0.0, 256.0);
+        form_px called "Smoothing of land": f32 = 0.0 => Range::Within(0.0, 256.0), zero "none";
         /// How much of the unsmoothed slopes is mixed into the light on smoothed land.
-        detail: f32 = 0.0 => Range::Within(0.0, 1.0);
+        detail called "Unsmoothed detail": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Largest rotation of the light where a ridge runs parallel to it.
-        turn_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
+        turn_deg called "Turn along ridges": f32 = 0.0 => Range::Within(0.0, 60.0);
         /// How much lighter crests and darker hollows become, by the curvature of the land.
-        crests: f32 = 0.0 => Range::Within(0.0, 1.0);
+        crests called "Crest contrast": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Size of the crests and hollows that `crests` acts on.
-        crests_px: f32 = 12.0 => Range::Within(1.0, 256.0);
+        crests_px called "Crest size": f32 = 12.0 => Range::Within(1.0, 256.0);
         /// Gentler slopes stay white as paper; from four times this slope on the tone is complete.
-        level_deg: f32 = 0.0 => Range::Within(0.0, 20.0);
+        level_deg called "White below slope": f32 = 0.0 => Range::Within(0.0, 20.0);
         /// Factor of the light; above 1 more of the land is white.
         exposure: f32 = 1.0 => Range::Within(0.25, 4.0);
         /// Exponent of the tone; above 1 tones are darker.
@@ -188,7 +188,7 @@ impl Tone {
 impl Setting for Tone {
     fn kind() -> ValueKind {
         let help = "Method that turns light into tone and colour.";
-        let mut all = vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None)];
+        let mut all = vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None).with_label(&["Kind of tone"])];
         for keys in [Toon::kind()] {
             if let ValueKind::Section(keys) = keys {
                 all.extend(keys);

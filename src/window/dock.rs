@@ -82,7 +82,7 @@ impl Pane {
         match self {
             Self::View => LEAST_VIEW,
             Self::Flight | Self::Inside => 264.0,
-            Self::Style => 348.0,
+            Self::Style => 366.0,
             Self::Cost => 300.0,
             Self::Path => 430.0,
         }

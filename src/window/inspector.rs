@@ -28,7 +28,7 @@ use crate::style::differences::nearest_preset;
 use crate::style::layers::{LayerEdit, most_of_kind};
 
 /// Width of the names of parameters in points.
-const LABEL_WIDTH: f32 = 104.0;
+const LABEL_WIDTH: f32 = 122.0;
 /// Number of frames in which a section is moved into view.
 const SHOWN_FRAMES: u8 = 3;
 /// Colour of the bar at the section that drew what was clicked on.

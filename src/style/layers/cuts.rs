@@ -28,14 +28,14 @@ parameters! {
     /// tone is darker.
     pub struct Cuts {
         /// Colour of the lines.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// The land is smoothed to this size before it is cut, so that lines do not follow single samples.
-        form_px: f32 = 6.0 => Range::Within(1.0, 256.0);
+        form_px called "Smoothing of land": f32 = 6.0 => Range::Within(1.0, 256.0);
         /// Fraction of the land that the lines cover where the tone is darkest.
-        darkest: f32 = 0.9 => Range::Within(0.0, 0.98);
+        darkest called "Cover in darkest tone": f32 = 0.9 => Range::Within(0.0, 0.98);
         /// Fraction of the ink that remains in full haze; how much thinner the lines become is set by
         /// `haze.faintest_tone`.
-        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Families of parallel planes; they are sorted by `from`.
         families: Vec<PlaneFamily> => Range::Entries(1, MAX_FAMILIES);
     }
@@ -45,15 +45,15 @@ parameters! {
     /// A family of parallel planes.
     pub struct PlaneFamily {
         /// Mean distance between lines on the picture.
-        spacing_px: f32 = 5.0 => Range::Within(2.0, 64.0);
+        spacing_px called "Line spacing": f32 = 5.0 => Range::Within(2.0, 64.0);
         /// Tilt of the planes: 0 gives horizontal planes, 90 vertical ones.
-        tilt_deg: f32 = 0.0 => Range::Within(0.0, 90.0);
+        tilt_deg called "Tilt of planes": f32 = 0.0 => Range::Within(0.0, 90.0);
         /// Azimuth toward which tilted planes rise, clockwise from north.
-        azimuth_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        azimuth_deg called "Azimuth of planes": f32 = 0.0 => Range::Within(-360.0, 360.0);
         /// Land at a smaller angle to the planes has no lines; for horizontal planes that is flat land.
-        level_deg: f32 = 2.0 => Range::Within(0.1, 45.0);
+        level_deg called "Least angle to planes": f32 = 2.0 => Range::Within(0.1, 45.0);
         /// Darkness from which the family is drawn.
-        from: f32 = 0.0 => Range::Within(0.0, 0.99);
+        from called "From darkness": f32 = 0.0 => Range::Within(0.0, 0.99);
     }
 }
 

@@ -17,20 +17,20 @@ parameters! {
     /// Tones drawn as hatching marks.
     pub struct Hatching {
         /// Colour of the marks.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// How marks keep their size on the picture while the camera moves closer.
-        zoom as "scale": Zoom = Zoom::Blend;
+        zoom as "scale" called "Marks while zooming": Zoom = Zoom::Blend;
         /// Width of the transition at a mark's edge, in tone (0 to 1); 0 looks like a pen, 0.1 like a pencil.
-        softness: f32 = 0.0 => Range::Within(0.0, 0.5);
+        softness called "Softness of marks": f32 = 0.0 => Range::Within(0.0, 0.5);
         /// The land is smoothed to this size for the direction of marks; land seen at a grazing angle is smoothed more.
-        form_px: f32 = 12.0 => Range::Within(1.0, 256.0);
+        form_px called "Smoothing of land": f32 = 12.0 => Range::Within(1.0, 256.0);
         /// On gentler slopes the direction of marks follows land that is smoothed up to four times more; 0 turns this
         /// off.
-        calm_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
+        calm_deg called "Extra smoothing below": f32 = 0.0 => Range::Within(0.0, 45.0), zero "off";
         /// Fraction of the ink that remains in full haze; how many marks remain is set by `haze.faintest_tone`.
-        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
-        balance: bool = true;
+        balance called "Balance of ink": bool = true;
         /// Sets of marks, each of one kind; they are sorted by `from`.
         sets: Vec<MarkSet> => Range::Entries(1, MAX_SETS);
     }
@@ -50,19 +50,19 @@ parameters! {
     /// A set of marks of one kind.
     pub struct MarkSet {
         /// Recipe of the marks: a built-in name, or a file (`.toml`) relative to the style.
-        marks: String;
+        marks called "Recipe of marks": String;
         /// Direction of the marks.
         direction: Direction = Direction::Fixed;
         /// Azimuth of fixed marks, clockwise from north; for other directions, the angle that is added to them.
-        angle_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        angle_deg called "Angle of marks": f32 = 0.0 => Range::Within(-360.0, 360.0);
         /// Azimuth of slope marks on flat land, clockwise from north.
-        level_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        level_deg called "Azimuth on flat land": f32 = 0.0 => Range::Within(-360.0, 360.0);
         /// Darkness from which the set is drawn.
-        from: f32 = 0.0 => Range::Within(0.0, 0.99);
+        from called "From darkness": f32 = 0.0 => Range::Within(0.0, 0.99);
         /// Scale factor of the marks relative to their recipe.
-        size: f32 = 1.0 => Range::Within(0.25, 8.0);
+        size called "Size of marks": f32 = 1.0 => Range::Within(0.25, 8.0);
         /// Range of slopes on which the set is drawn.
-        slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
+        slope_deg called "Range of slopes": [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
     } loaded {
         /// The loaded recipe of `marks`.
         recipe: Option<Recipe>;

@@ -20,20 +20,20 @@ parameters! {
     /// Contour lines of height; every fifth line is an index contour.
     pub struct HeightLines {
         /// Colour of the lines.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// Contour interval in metres; 0 chooses a round number for the scale of a map, and draws no lines in other
         /// views.
-        interval_m: f32 = 0.0 => Range::Within(0.0, 10_000.0);
+        interval_m called "Contour interval": f32 = 0.0 => Range::Within(0.0, 10_000.0), zero "automatic";
         /// Width of a line.
-        line_px: f32 = 0.7 => Range::Within(0.1, 8.0);
+        line_px called "Line width": f32 = 0.7 => Range::Within(0.1, 8.0);
         /// Width of every fifth line, the index contour.
-        index_px: f32 = 1.3 => Range::Within(0.1, 8.0);
+        index_px called "Index line width": f32 = 1.3 => Range::Within(0.1, 8.0);
         /// The land is smoothed to this size first, so that lines do not follow single samples.
-        form_px: f32 = 4.0 => Range::Within(1.0, 256.0);
+        form_px called "Smoothing of land": f32 = 4.0 => Range::Within(1.0, 256.0);
         /// Steeper land has no lines; useful on maps with rock drawing.
-        steepest_deg: f32 = 90.0 => Range::Within(5.0, 90.0);
+        steepest_deg called "Steepest land": f32 = 90.0 => Range::Within(5.0, 90.0);
         /// Fraction of the ink that remains in full haze.
-        faintest: f32 = 0.2 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 0.2 => Range::Within(0.0, 1.0);
     }
 }
 

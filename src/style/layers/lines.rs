@@ -10,37 +10,37 @@ parameters! {
         /// Method that detects the lines.
         detector: Detector;
         /// Value of ε in the planarity term of LSA contours.
-        epsilon: Epsilon = Epsilon::Footprint;
+        epsilon called "Epsilon of LSA": Epsilon = Epsilon::Footprint;
         /// Whether LSA contours are also tested at twice the pixel distance, which steadies details smaller than a
         /// pixel.
-        geometric_antialias: bool = false;
+        geometric_antialias called "LSA anti-aliasing": bool = false;
         /// Whether opposite neighbours share the greater of their errors; otherwise the density filter uses eight
         /// directions.
-        halved: bool = true;
+        halved called "Shared opposite errors": bool = true;
         /// Two values of the detector: a line starts to appear at the first and is full from the second.
-        ramp: [f32; 2] => Range::Rising(0.0);
+        ramp called "Line thresholds": [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, 2 is the value of the paper.
-        density: f32 = 0.0 => Range::AtLeast(0.0), soft 10.0;
+        density called "Thinning strength": f32 = 0.0 => Range::AtLeast(0.0), soft 10.0, zero "off";
         /// Largest fraction of the area that lines may cover; above it the weakest lines are removed first; 1 is no
         /// limit.
-        crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
+        crowd called "Largest covered area": f32 = 1.0 => Range::Within(0.005, 1.0);
         /// Side of the square window in which the covered area is measured for `crowd`.
-        crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
+        crowd_px called "Cover window": f32 = 32.0 => Range::Within(8.0, 512.0);
         /// How the lines of the two eyes of a stereo pair are made to agree.
-        stereo: Stereo = Stereo::Full;
+        stereo called "Stereo agreement": Stereo = Stereo::Full;
         /// Where contours of a stereo pair begin to fade out, as a distance from the contour in angles between the two
         /// eyes.
-        fade_start: f32 = 1.75 => Range::Within(0.0, 100.0);
+        fade_start called "Start of stereo fade": f32 = 1.75 => Range::Within(0.0, 100.0);
         /// Where that fade reaches full strength, in the same unit.
-        fade_end: f32 = 0.4375 => Range::Within(0.0, 100.0);
+        fade_end called "End of stereo fade": f32 = 0.4375 => Range::Within(0.0, 100.0);
         /// Whether the staircase edges of lines are smoothed.
-        antialias: bool = true;
+        antialias called "Smooth edges": bool = true;
         /// Colour of the lines.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// Fraction of the ink that remains in full haze.
-        faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Lines fade in haze this many times farther away than tones.
-        reach: f32 = 1.0 => Range::Above(0.0), soft 8.0;
+        reach called "Reach in haze": f32 = 1.0 => Range::Above(0.0), soft 8.0;
     }
 }
 

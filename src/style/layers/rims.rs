@@ -8,15 +8,15 @@ parameters! {
     /// Dashed outlines of no-data areas of the DEM that are not filled.
     pub struct Rims {
         /// Colour of the lines; the default is that of the topmost ink with enough contrast to the paper.
-        ink: Option<Color>;
+        ink called "Ink colour": Option<Color>;
         /// Width of a line; 0 draws none.
-        width_px: f32 = 0.8 => Range::Within(0.0, 8.0);
+        width_px called "Line width": f32 = 0.8 => Range::Within(0.0, 8.0), zero "none";
         /// Approximate length of a dash.
-        dash_px: f32 = 6.0 => Range::Within(1.0, 64.0);
+        dash_px called "Dash length": f32 = 6.0 => Range::Within(1.0, 64.0);
         /// Approximate length of the gap between dashes; 0 draws solid lines.
-        gap_px: f32 = 5.0 => Range::Within(0.0, 64.0);
+        gap_px called "Gap length": f32 = 5.0 => Range::Within(0.0, 64.0), zero "none";
         /// Fraction of the ink that remains in full haze.
-        faintest: f32 = 0.3 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 0.3 => Range::Within(0.0, 1.0);
     }
 }
 

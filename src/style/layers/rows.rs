@@ -8,20 +8,20 @@ parameters! {
     /// Rows of hachures: each row fills the land between two heights, and each mark runs down the slope.
     pub struct Rows {
         /// Colour of the marks.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// Distance between the centre lines of neighbouring marks in a row.
-        spacing_px: f32 = 6.0 => Range::Within(2.0, 64.0);
+        spacing_px called "Mark spacing": f32 = 6.0 => Range::Within(2.0, 64.0);
         /// Approximate length of a mark, as a multiple of `spacing_px`.
-        length: f32 = 5.0 => Range::Within(3.0, 16.0);
+        length called "Mark length": f32 = 5.0 => Range::Within(3.0, 16.0);
         /// Gentler slopes have no marks.
-        level_deg: f32 = 2.0 => Range::Within(0.5, 45.0);
+        level_deg called "Gentlest slope": f32 = 2.0 => Range::Within(0.5, 45.0);
         /// Fraction of the land that the marks cover where the tone is darkest.
-        darkest: f32 = 0.8 => Range::Within(0.0, 0.9);
+        darkest called "Cover in darkest tone": f32 = 0.8 => Range::Within(0.0, 0.9);
         /// Fraction of a mark's length over which it tapers at each end.
-        taper: f32 = 0.3 => Range::Within(0.0, 0.5);
+        taper called "Taper of marks": f32 = 0.3 => Range::Within(0.0, 0.5);
         /// Fraction of the ink that remains in full haze; how much thinner the marks become is set by
         /// `haze.faintest_tone`.
-        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 1.0 => Range::Within(0.0, 1.0);
     }
 }
 

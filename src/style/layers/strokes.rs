@@ -13,78 +13,78 @@ parameters! {
     /// Pen strokes along contours, ridges and valleys.
     pub struct Strokes {
         /// Colour of the strokes.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// Width of a stroke.
         width_px: f32 => Range::Within(0.5, 64.0);
         /// Stroke texture: a built-in name, or a recipe file (`.toml`) relative to the style; without it strokes are
         /// solid.
         texture_name as "texture": Option<String>;
         /// Strokes taper over this length at both ends.
-        taper_px: f32 = 0.0 => Range::Within(0.0, 1000.0);
+        taper_px called "Taper length": f32 = 0.0 => Range::Within(0.0, 1000.0);
         /// How much wider strokes are at bends; 1 is twice the width at a right angle, negative values make them
         /// thinner.
-        curve_width: f32 = 0.0 => Range::Within(-1.0, 1.0);
+        curve_width called "Width at bends": f32 = 0.0 => Range::Within(-1.0, 1.0);
         /// How far a stroke strays from its line, as if drawn by hand; the wobble is fixed to the world.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
         /// Shorter strokes are left out.
-        shortest_px: f32 = 4.0 => Range::Within(0.0, 1000.0);
+        shortest_px called "Shortest stroke": f32 = 4.0 => Range::Within(0.0, 1000.0);
         /// How strongly width depends on distance; 0 is not at all, larger values make near strokes wider and far ones
         /// thinner.
-        depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
+        depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// How much thinner strokes are where the land behind them is only slightly farther away.
-        step_width: f32 = 0.0 => Range::Within(0.0, 1.0);
+        step_width called "Thinning at steps": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.
-        slender: f32 = 0.0 => Range::Within(0.0, 200.0);
+        slender called "Length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
         /// Largest fraction of the area that strokes may cover; above it the weakest are removed first; 1 is no limit.
-        crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
+        crowd called "Largest covered area": f32 = 1.0 => Range::Within(0.005, 1.0);
         /// Side of the square window in which the covered area is measured for `crowd`.
-        crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
+        crowd_px called "Cover window": f32 = 32.0 => Range::Within(8.0, 512.0);
         /// Resolution of the image in which visible edges are found, relative to the picture.
-        resolution: f32 = 1.0 => Range::Within(0.25, 1.0);
+        resolution called "Edge resolution": f32 = 1.0 => Range::Within(0.25, 1.0);
         /// Ends of strokes that are closer than this may be joined.
-        join_px: f32 = 4.0 => Range::Within(1.0, 16.0);
+        join_px called "Largest joined gap": f32 = 4.0 => Range::Within(1.0, 16.0);
         /// Largest turn of the line where two ends are joined.
-        join_deg: f32 = 60.0 => Range::Within(0.0, 90.0);
+        join_deg called "Largest joined turn": f32 = 60.0 => Range::Within(0.0, 90.0);
         /// Parallel edges closer than this are drawn as one line.
-        merge_px: f32 = 1.5 => Range::Within(0.0, 8.0);
+        merge_px called "Merging distance": f32 = 1.5 => Range::Within(0.0, 8.0);
         /// Edges whose two normals differ by more than this are also drawn; without it only contours are.
-        crease_deg: Option<f32> => Range::Within(0.0, 180.0);
+        crease_deg called "Crease angle": Option<f32> => Range::Within(0.0, 180.0);
         /// Draws suggestive contours of features larger than this; without it none are drawn.
-        suggestive_px: Option<f32> => Range::Within(1.0, 256.0);
+        suggestive_px called "Suggestive contour size": Option<f32> => Range::Within(1.0, 256.0);
         /// Least increase of curvature toward the eye at a suggestive contour: turn of the normal over a feature, per
         /// feature.
-        suggestive_rise: f32 = 0.02 => Range::Within(0.0, 10.0);
+        suggestive_rise called "Suggestive threshold": f32 = 0.02 => Range::Within(0.0, 10.0);
         /// Suggestive contours are drawn only where the normal points away from the eye by more than this angle.
-        suggestive_deg: f32 = 30.0 => Range::Within(0.0, 90.0);
+        suggestive_deg called "Suggestive angle": f32 = 30.0 => Range::Within(0.0, 90.0);
         /// Width of suggestive contours, as a fraction of the width of contours.
-        suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
+        suggestive_width called "Suggestive width": f32 = 0.6 => Range::Within(0.0, 1.0);
         /// Draws ridges and valleys of features larger than this; without it none are drawn.
-        ridge_px: Option<f32> => Range::Within(1.0, 256.0);
+        ridge_px called "Ridge size": Option<f32> => Range::Within(1.0, 256.0);
         /// Whether ridges and valleys are those of view-dependent curvature: apparent ridges (Judd and others 2007).
-        ridge_apparent: bool = false;
+        ridge_apparent called "Apparent ridges": bool = false;
         /// Least curvature across a ridge or valley, as the turn of the normal over a feature.
-        ridge_bend: f32 = 0.2 => Range::Within(0.0, 10.0);
+        ridge_bend called "Ridge threshold": f32 = 0.2 => Range::Within(0.0, 10.0);
         /// Width of ridges, as a fraction of the width of contours; 0 draws none.
-        ridge_width: f32 = 0.6 => Range::Within(0.0, 1.0);
+        ridge_width: f32 = 0.6 => Range::Within(0.0, 1.0), zero "none";
         /// Width of valleys, as a fraction of the width of contours; 0 draws none.
-        valley_width: f32 = 0.0 => Range::Within(0.0, 1.0);
+        valley_width: f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Whether the outer border of the terrain is drawn.
-        borders: bool = true;
+        borders called "Border of terrain": bool = true;
         /// Strokes are rebuilt every this many frames, and move with the world in between.
-        update_every in "frames": u32 = 10 => Range::Within(1.0, 1000.0);
+        update_every in "frames" called "Rebuilding interval": u32 = 10 => Range::Within(1.0, 1000.0);
         /// Whether strokes inherit identity, texture, pressure and part of their position from those of the previous
         /// frame.
-        carry: bool = true;
+        carry called "Carry strokes over": bool = true;
         /// Time over which strokes fade in and out when `carry` is on; no stroke takes longer than twice this.
-        fade_s: f32 = 0.8 => Range::Within(0.0, 60.0);
+        fade_s called "Fade time": f32 = 0.8 => Range::Within(0.0, 60.0);
         /// How strongly a rebuilt stroke is held at its previous position; 0 moves it at once.
-        hold: f32 = 0.7 => Range::Within(0.0, 1.0);
+        hold called "Hold in place": f32 = 0.7 => Range::Within(0.0, 1.0);
         /// Largest total length of all strokes; the shortest are left out first.
-        budget_px in "px in total": f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
+        budget_px in "px in total" called "Largest total length": f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
         /// Fraction of the ink that remains in full haze.
-        faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strokes fade in haze this many times farther away than tones.
-        reach: f32 = 1.0 => Range::Within(1e-3, 1e6), soft 8.0;
+        reach called "Reach in haze": f32 = 1.0 => Range::Within(1e-3, 1e6), soft 8.0;
     } loaded {
         /// The loaded recipe of `texture_name`.
         texture: Option<texture::Recipe>;

@@ -11,57 +11,57 @@ parameters! {
     /// highlight lines along its bright ridges, and both along its tone edges.
     pub struct ToneLines {
         /// Position of the light that shades the image in which lines are found.
-        light: ToneLight = ToneLight::Sun;
+        light called "Light position": ToneLight = ToneLight::Sun;
         /// For `light = "side"`: azimuth of the light, clockwise from behind the eye; negative values are on the left.
-        side_deg: f32 = -60.0 => Range::Within(-180.0, 180.0);
+        side_deg called "Side light azimuth": f32 = -60.0 => Range::Within(-180.0, 180.0);
         /// For `light = "side"`: elevation of the light above the centre of the view.
-        rise_deg: f32 = 35.0 => Range::Within(-90.0, 90.0);
+        rise_deg called "Side light elevation": f32 = 35.0 => Range::Within(-90.0, 90.0);
         /// How much the smoothed normals of the land (`light.form_px`) replace its own normals when lines are found.
-        abstracted: f32 = 0.0 => Range::Within(0.0, 1.0);
+        abstracted called "Smoothed normals": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strength of specular highlights, which get their own highlight lines; 0 is none.
-        specular: f32 = 0.0 => Range::Within(0.0, 1.0);
+        specular called "Specular highlights": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Exponent of specular highlights; larger values give smaller highlights.
         shininess: f32 = 20.0 => Range::Within(1.0, 512.0);
         /// Whether every pixel is searched for lines; otherwise wide lines are searched in 2 × 2 blocks at a third of
         /// the cost.
-        exact: bool = false;
+        exact called "Search every pixel": bool = false;
         /// Width of lines, and size of the shading features that become lines.
-        width_px: f32 = 3.0 => Range::Within(1.0, 16.0);
+        width_px called "Line width": f32 = 3.0 => Range::Within(1.0, 16.0);
         /// How strongly width depends on distance; 0 is not at all, larger values make near lines wider and far ones
         /// thinner.
-        depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
+        depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Standard deviation of the blur of the shading, in line widths.
-        blur: f32 = 0.3 => Range::Within(0.0, 1.0);
+        blur called "Blur of shading": f32 = 0.3 => Range::Within(0.0, 1.0);
         /// Whether the sky counts as white, so that skylines become tone edges.
-        skyline: bool = true;
+        skyline called "Lines along skyline": bool = true;
         /// Fraction of the way to a line that each search step goes: 0 draws all tone edges, 1 draws none.
-        beta: f32 = 0.2 => Range::Within(0.0, 1.0);
+        beta called "Search step": f32 = 0.2 => Range::Within(0.0, 1.0);
         /// Whether tone edges are drawn to the extent of `beta`; `false` acts like a `beta` of 1.
-        edges: bool = true;
+        edges called "Tone edges": bool = true;
         /// Whether dark lines are drawn.
-        dark: bool = true;
+        dark called "Dark lines": bool = true;
         /// Whether highlight lines are drawn.
-        highlights: bool = true;
+        highlights called "Highlight lines": bool = true;
         /// Curvatures of tone, per square of half a line width, at which dark lines begin and at which they are full.
-        dark_ramp: [f32; 2] = [0.01, 0.04] => Range::Rising(0.0);
+        dark_ramp called "Dark line thresholds": [f32; 2] = [0.01, 0.04] => Range::Rising(0.0);
         /// Curvatures of tone, in the unit of `dark_ramp`, at which highlight lines begin and at which they are full.
-        highlight_ramp: [f32; 2] = [0.02, 0.06] => Range::Rising(0.0);
+        highlight_ramp called "Highlight thresholds": [f32; 2] = [0.02, 0.06] => Range::Rising(0.0);
         /// Fraction of half a line's width over which its edge fades; 0 is crisp.
-        softness: f32 = 0.5 => Range::Within(0.0, 1.0);
+        softness called "Softness of edges": f32 = 0.5 => Range::Within(0.0, 1.0);
         /// How much dark lines fade in light tones, and highlight lines in dark tones.
-        counterchange: f32 = 1.0 => Range::Within(0.0, 1.0);
+        counterchange called "Fading by tone": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Shorter lines fade out, because they look like speckle; 0 keeps all lines.
-        shortest_px: f32 = 16.0 => Range::Within(0.0, 256.0);
+        shortest_px called "Shortest line": f32 = 16.0 => Range::Within(0.0, 256.0), zero "no limit";
         /// Largest ratio of the smaller to the greater curvature of a drawn feature; 1 also draws round spots.
-        roundest: f32 = 1.0 => Range::Within(0.05, 1.0);
+        roundest called "Roundest feature": f32 = 1.0 => Range::Within(0.05, 1.0);
         /// Colour of dark lines.
-        ink: Color = Color::default();
+        ink called "Dark line colour": Color = Color::default();
         /// Colour of highlight lines.
-        highlight_ink: Color = Color::WHITE;
+        highlight_ink called "Highlight colour": Color = Color::WHITE;
         /// Fraction of the ink that remains in full haze.
-        faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Lines fade in haze this many times farther away than tones.
-        reach: f32 = 1.0 => Range::Above(0.0), soft 8.0;
+        reach called "Reach in haze": f32 = 1.0 => Range::Above(0.0), soft 8.0;
     }
 }
 

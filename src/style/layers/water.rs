@@ -9,27 +9,27 @@ parameters! {
     /// Lakes and the sea: a tint, a line along the shore, and water lines or ruled lines.
     pub struct Water {
         /// Colour of water, multiplied by the paper colour.
-        tint: Color = Color::WHITE;
+        tint called "Water colour": Color = Color::WHITE;
         /// Colour of the shoreline and of water lines.
-        ink: Color = Color::default();
+        ink called "Ink colour": Color = Color::default();
         /// Width of the shoreline.
-        shore_px: f32 = 0.0 => Range::Within(0.0, 16.0);
+        shore_px called "Shoreline width": f32 = 0.0 => Range::Within(0.0, 16.0);
         /// Number of water lines, which run parallel to the shore.
-        lines: u32 = 0 => Range::Within(0.0, 8.0);
+        lines called "Number of lines": u32 = 0 => Range::Within(0.0, 8.0);
         /// Width of water lines and of ruled lines.
-        line_px: f32 = 0.7 => Range::Within(0.1, 8.0);
+        line_px called "Line width": f32 = 0.7 => Range::Within(0.1, 8.0);
         /// Distance of the first water line from the shore, or between ruled lines.
-        spacing_px: f32 = 4.0 => Range::Within(2.0, 32.0);
+        spacing_px called "Line spacing": f32 = 4.0 => Range::Within(2.0, 32.0);
         /// Factor by which each gap between water lines is wider than the one before.
-        growth: f32 = 1.35 => Range::Within(1.0, 2.0);
+        growth called "Growth of gaps": f32 = 1.35 => Range::Within(1.0, 2.0);
         /// Factor of the ink of each water line relative to the one before.
-        paler: f32 = 0.75 => Range::Within(0.0, 1.0);
+        paler called "Ink of next line": f32 = 0.75 => Range::Within(0.0, 1.0);
         /// Whether water has horizontal ruled lines instead of water lines.
-        rules: bool = false;
+        rules called "Ruled lines": bool = false;
         /// Strength of reflections in water: horizontal strokes where it has lines or ruled lines, colour elsewhere.
-        mirror: f32 = 0.0 => Range::Within(0.0, 1.0);
+        mirror called "Reflections": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Fraction of the ink that remains in full haze.
-        faintest: f32 = 0.3 => Range::Within(0.0, 1.0);
+        faintest called "Ink in full haze": f32 = 0.3 => Range::Within(0.0, 1.0);
     }
 }
 

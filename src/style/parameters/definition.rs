@@ -10,6 +10,8 @@ use crate::style::layers::keys_of_layers;
 pub(crate) struct Definition {
     /// Key within its section.
     pub key: &'static str,
+    /// Name in the inspector, if the key in words does not say what the parameter is.
+    label: Option<&'static str>,
     /// One sentence of help.
     pub help: &'static str,
     /// Unit of a number, if it has one.
@@ -18,6 +20,8 @@ pub(crate) struct Definition {
     pub range: Range,
     /// Upper end of a slider, if useful values are below the largest allowed one.
     pub soft_end: Option<f32>,
+    /// Word that is shown for the value 0, if 0 means "none" or "automatic".
+    pub zero_word: Option<&'static str>,
     /// Kind of value.
     pub kind: ValueKind,
     /// Whether the key is required where its section is present.
@@ -94,7 +98,36 @@ impl Definition {
         let unit = self::unit(unit, key);
         let is_required = absent.is_none();
         let default = absent.and_then(|value| value.item());
-        Self { key, help: help.trim_ascii(), unit, range, soft_end: None, kind: T::kind(), is_required, default }
+        Self {
+            key,
+            label: None,
+            help: help.trim_ascii(),
+            unit,
+            range,
+            soft_end: None,
+            zero_word: None,
+            kind: T::kind(),
+            is_required,
+            default,
+        }
+    }
+
+    /// Returns the definition with a name for the inspector, if there is one.
+    pub(crate) fn with_label(self, label: &[&'static str]) -> Self {
+        Self { label: label.first().copied(), ..self }
+    }
+
+    /// Returns the definition with a word for the value 0, if there is one.
+    pub(crate) fn with_zero_word(self, zero_word: &[&'static str]) -> Self {
+        Self { zero_word: zero_word.first().copied(), ..self }
+    }
+
+    /// Returns the name of the parameter or section for people: its label, or the key in words without the unit.
+    #[cfg(any(feature = "window", feature = "headset"))]
+    pub(crate) fn label(&self) -> String {
+        let without_unit = || ["_px", "_deg", "_m", "_s"].into_iter().find_map(|unit| self.key.strip_suffix(unit));
+        let words = || without_unit().unwrap_or(self.key).replace('_', " ");
+        capitalised(&self.label.map_or_else(words, str::to_owned))
     }
 
     /// Returns the definition with the upper end of a slider, if there is one.
@@ -144,6 +177,13 @@ impl Definition {
             _ => None,
         }
     }
+}
+
+/// Returns words that begin with a capital letter.
+#[cfg(any(feature = "window", feature = "headset"))]
+pub(crate) fn capitalised(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 impl ValueKind {

@@ -2,6 +2,8 @@
 //! checked, and the documentation agrees with the definitions.
 #![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
+#[cfg(any(feature = "window", feature = "headset"))]
+mod labels;
 mod random;
 
 use std::collections::BTreeSet;

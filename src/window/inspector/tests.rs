@@ -155,7 +155,7 @@ fn a_number_is_typed_and_undone() {
 fn a_drag_of_a_slider_is_one_step() {
     let mut harness = open("crosshatch");
     let before = harness.state().document.text().to_owned();
-    let rect = harness.get_by_label("Light: Wrap").rect();
+    let rect = harness.get_by_label("Light: Wrap of light").rect();
     let at = |part: f32| egui::pos2(rect.left() + part * rect.width(), rect.center().y);
     harness.drag_at(at(0.2));
     harness.step();
@@ -201,7 +201,7 @@ fn is_shown<S>(harness: &mut Harness<'_, S>, rect: egui::Rect, words: &str) -> [
 fn no_tooltip_covers_what_a_drag_changes() {
     let mut harness = open("crosshatch");
     let row = harness.state().document.row("light.wrap").unwrap();
-    for (name, words) in [("Light: Wrap", row.definition.help), ("Density", Control::Density.help())] {
+    for (name, words) in [("Light: Wrap of light", row.definition.help), ("Density", Control::Density.help())] {
         let widgets = || harness.query_all_by_label(name);
         let slider = widgets().find(|node| node.accesskit_node().role() == Role::Slider);
         let rect = slider.unwrap().rect();
@@ -243,7 +243,7 @@ fn backspace_restores_the_default() {
 #[test]
 fn the_menu_of_a_widget_pastes() {
     let mut harness = open("crosshatch");
-    harness.get_by_label("Light: Wrap").click_secondary();
+    harness.get_by_label("Light: Wrap of light").click_secondary();
     harness.run();
     harness.get_by_label("Paste value").click();
     harness.run();
@@ -258,7 +258,7 @@ fn a_search_shows_what_it_finds() {
     harness.get_by_label("Search parameters").type_text("shadow");
     harness.run();
     let labels: Vec<String> = widgets(&harness).into_iter().filter_map(|(_, label)| label).collect();
-    assert!(labels.iter().any(|label| label == "Light: Shadow"), "{labels:?}");
+    assert!(labels.iter().any(|label| label == "Light: Cast shadows"), "{labels:?}");
     // The count of widgets notices what is left out.
     let missing = missing(&harness);
     assert!(missing.len() > 40 && missing.iter().any(|key| key == "light.wrap"), "{missing:?}");
@@ -294,18 +294,18 @@ fn a_selected_layer_is_moved_into_view() {
         let rect = harness.query_by_label(name).map(|node| node.rect());
         rect.is_some_and(|rect| rect.top() > 0.0 && rect.bottom() < 540.0)
     };
-    assert!(!is_visible(&harness, "Light: Wrap"));
-    for (key, name) in [("light", "Light: Wrap"), ("hatching", "Hatching: Hide"), ("strokes", "Strokes: Hide")] {
+    assert!(!is_visible(&harness, "Light: Wrap of light"));
+    for (key, name) in [("light", "Light: Wrap of light"), ("hatching", "Hatching: Hide"), ("strokes", "Strokes: Hide")] {
         harness.state_mut().inspector.select(key.to_owned());
         harness.run();
         assert!(is_visible(&harness, name), "{key}");
         assert_eq!(harness.state().inspector.selected(), Some(key));
     }
-    assert!(!is_visible(&harness, "Light: Wrap"), "another section is in view");
+    assert!(!is_visible(&harness, "Light: Wrap of light"), "another section is in view");
     // The inspector is opened for it.
     let mut inspector = Inspector::default();
     inspector.select("light".to_owned());
-    assert!(is_visible(&open_with(inspector, "crosshatch", egui::vec2(700.0, 540.0)), "Light: Wrap"));
+    assert!(is_visible(&open_with(inspector, "crosshatch", egui::vec2(700.0, 540.0)), "Light: Wrap of light"));
     // A search would hide the section.
     harness.get_by_label("Search parameters").click();
     harness.run();
@@ -360,4 +360,43 @@ fn the_menu_copies_the_option_of_the_command_line() {
         })
     });
     assert_eq!(copied.as_deref(), Some("--set=tone.steps=3"));
+}
+
+#[test]
+fn a_search_finds_labels() {
+    let mut harness = open("crosshatch");
+    harness.get_by_label("Search parameters").click();
+    harness.run();
+    // Neither the key nor the help of `strokes.faintest` has all of these words.
+    harness.get_by_label("Search parameters").type_text("ink in full haze");
+    harness.run();
+    assert!(harness.query_by_label("Strokes: Ink in full haze").is_some());
+    assert!(harness.query_by_label("Strokes: Width").is_none());
+}
+
+#[test]
+fn zero_is_shown_as_a_word_and_is_typed_as_one() {
+    let mut harness = open("crosshatch");
+    let name = "Strokes: Length to width, number";
+    let shown = |harness: &Harness<'_, Bench>| harness.get_by_label(name).accesskit_node().value();
+    let slender = |harness: &Harness<'_, Bench>| harness.state().document.style().strokes().unwrap().slender;
+    let mut type_in = |harness: &mut Harness<'_, Bench>, text: &str| {
+        harness.get_by_label(name).click();
+        harness.run();
+        harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+        harness.get_by_label(name).type_text(text);
+        harness.key_press(egui::Key::Enter);
+        harness.run();
+    };
+    type_in(&mut harness, "12");
+    assert_eq!((slender(&harness), shown(&harness).as_deref()), (12.0, Some("12")));
+    type_in(&mut harness, "no limit");
+    assert_eq!((slender(&harness), shown(&harness).as_deref()), (0.0, Some("no limit")));
+    assert_eq!(harness.state().document.step_names()[0], Some("Strokes: length to width no limit"));
+    // A number of another parameter stays a number, although it is 0.
+    assert_ne!(harness.get_by_label("Strokes: Wobble, number").accesskit_node().value().as_deref(), Some("none"));
+    // Planted: another word is no number, and changes nothing.
+    type_in(&mut harness, "9");
+    type_in(&mut harness, "automatic");
+    assert_eq!(slender(&harness), 9.0);
 }

@@ -1,5 +1,6 @@
 //! Widgets for the values of parameters, by kind of value.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use egui::{Button, DragValue, Response, Slider, SliderClamping, TextEdit, Ui};
@@ -149,7 +150,12 @@ fn number(ui: &mut Ui, name: &str, row: &Row, mut value: f64, set: &mut impl FnM
     // A text that is not complete must not be drawn.
     field = field.update_while_editing(false);
     field = if is_whole { field.max_decimals(0) } else { field.max_decimals(5) };
-    if let Some(unit) = row.unit().filter(|unit| unit.len() < 5) {
+    if let Some(word) = definition.zero_word {
+        field = field.custom_formatter(|value, digits| number_or_word(value, digits, word));
+        field = field.custom_parser(|text| number_of(text, word));
+    }
+    let is_word = definition.zero_word.is_some() && before == 0.0;
+    if let Some(unit) = row.unit().filter(|unit| unit.len() < 5 && !is_word) {
         field = field.suffix(if unit == "°" { unit.to_owned() } else { format!(" {unit}") });
     }
     let field = ui.add(field);
@@ -160,6 +166,19 @@ fn number(ui: &mut Ui, name: &str, row: &Row, mut value: f64, set: &mut impl FnM
         set(of_range(value, before, &definition.range, is_whole));
     }
     widgets
+}
+
+/// Returns a number as text, and 0 as a word.
+fn number_or_word(value: f64, digits: RangeInclusive<usize>, zero_word: &str) -> String {
+    if value == 0.0 { zero_word.to_owned() } else { egui::emath::format_with_decimals_in_range(value, digits) }
+}
+
+/// Returns the number that a text says; the word for 0 says 0.
+fn number_of(text: &str, zero_word: &str) -> Option<f64> {
+    if text.trim().eq_ignore_ascii_case(zero_word) {
+        return Some(0.0);
+    }
+    text.replace(char::is_whitespace, "").replace('−', "-").parse().ok()
 }
 
 /// Returns whether the mouse opens a menu. A slider of egui follows every button of the mouse, but a right click must not
