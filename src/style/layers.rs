@@ -64,7 +64,7 @@ use crate::file::toml_text::Wrong;
 macro_rules! layer_kinds {
     ($(
         $(#[doc = $help:literal])+
-        $name:literal $(called $label:literal)? $kind:ident: $get:ident, $get_mut:ident, $set:ident, at most $max:literal;
+        $name:literal $kind:ident $(, called $label:literal)?: $get:ident, $get_mut:ident, $set:ident, at most $max:literal;
     )+) => {
         /// An ink layer of a style.
         #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -163,17 +163,17 @@ layer_kinds! {
     /// Lines from shading, found in a shaded image of the scene.
     "tone_lines" ToneLines: tone_lines, tone_lines_mut, set_tone_lines, at most 1;
     /// Contour lines of height.
-    "height_lines" called "Contour lines" HeightLines: lowest_height_lines, lowest_height_lines_mut, set_height_lines, at most 4;
+    "height_lines" HeightLines, called "Contour lines": lowest_height_lines, lowest_height_lines_mut, set_height_lines, at most 4;
     /// Tones drawn as hatching marks.
     "hatching" Hatching: hatching, hatching_mut, set_hatching, at most 1;
     /// Lines where parallel planes cut the land; hatching of the same style then applies only to models and trees.
     "cuts" Cuts: lowest_cuts, lowest_cuts_mut, set_cuts, at most 4;
     /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
-    "rows" called "Rows of hachures" Rows: rows, rows_mut, set_rows, at most 1;
+    "rows" Rows, called "Rows of hachures": rows, rows_mut, set_rows, at most 1;
     /// Lakes and the sea; without this layer they are drawn as land.
     "water" Water: water, water_mut, set_water, at most 1;
     /// Dashed outlines of no-data areas; a style that does not list this layer has it with its default values.
-    "rims" called "Rims of no-data" Rims: rims, rims_mut, set_rims, at most 1;
+    "rims" Rims, called "Rims of no-data": rims, rims_mut, set_rims, at most 1;
     /// Lines that are detected in images of the surface.
     "lines" Lines: lines, lines_mut, set_lines, at most 1;
     /// Pen strokes along contours.

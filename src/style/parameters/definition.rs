@@ -11,7 +11,7 @@ pub(crate) struct Definition {
     /// Key within its section.
     pub key: &'static str,
     /// Name in the inspector, if the key in words does not say what the parameter is.
-    label: Option<&'static str>,
+    pub label: Option<&'static str>,
     /// One sentence of help.
     pub help: &'static str,
     /// Unit of a number, if it has one.

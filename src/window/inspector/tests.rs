@@ -380,7 +380,7 @@ fn zero_is_shown_as_a_word_and_is_typed_as_one() {
     let name = "Strokes: Length to width, number";
     let shown = |harness: &Harness<'_, Bench>| harness.get_by_label(name).accesskit_node().value();
     let slender = |harness: &Harness<'_, Bench>| harness.state().document.style().strokes().unwrap().slender;
-    let mut type_in = |harness: &mut Harness<'_, Bench>, text: &str| {
+    let type_in = |harness: &mut Harness<'_, Bench>, text: &str| {
         harness.get_by_label(name).click();
         harness.run();
         harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
@@ -389,7 +389,7 @@ fn zero_is_shown_as_a_word_and_is_typed_as_one() {
         harness.run();
     };
     type_in(&mut harness, "12");
-    assert_eq!((slender(&harness), shown(&harness).as_deref()), (12.0, Some("12")));
+    assert_eq!((slender(&harness), shown(&harness).as_deref()), (12.0, Some("12.0")));
     type_in(&mut harness, "no limit");
     assert_eq!((slender(&harness), shown(&harness).as_deref()), (0.0, Some("no limit")));
     assert_eq!(harness.state().document.step_names()[0], Some("Strokes: length to width no limit"));
