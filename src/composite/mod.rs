@@ -7,7 +7,7 @@ pub(crate) mod temporal_aa;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::composite::composite::{
     ALREADY_FADED, Composite as CompositeUniform, Ink as InkUniform, ON_NEAREST, ON_SURFACE, ON_SURFACE_WITH_TONE,
 };
@@ -18,9 +18,17 @@ use crate::style::layers::{Channels, Fading, MAX_INKS};
 use crate::style::{Color, Style};
 
 /// The picture: linear colour, opaque.
-pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
+pub const PICTURE: TargetKind = TargetKind::storage(
+    "picture",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Whole.shows("The picture itself, as linear colour"),
+);
 /// A placeholder for pictures that a style lacks: one pixel that is 0, as is the value read outside of it.
-pub(crate) const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
+pub(crate) const NOTHING: TargetKind = TargetKind::storage(
+    "no line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("One texel that stands for the lines of a style that has none"),
+);
 
 /// The shader's variables for the pictures of inks, from the bottom to the top.
 const NAMES: [&str; MAX_INKS] =

@@ -4,14 +4,18 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::composite::sky::SkyLook;
 use crate::scene::Light;
 use crate::style::Panorama;
 use crate::style::sky::{CloudForm, Sky};
 
 /// rgb: linear colour before the paper; a: ink of ruled lines and outlines. It is also drawn behind the land.
-pub(crate) const SKY: TargetKind = TargetKind::storage("sky", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const SKY: TargetKind = TargetKind::storage(
+    "sky",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Whole.shows("Colour of the sky before the paper, and the ink of its lines"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

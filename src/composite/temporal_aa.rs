@@ -4,21 +4,41 @@ use crate::gpu::Gpu;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Group, Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::composite::temporal_aa::TemporalAa as TemporalAaUniform;
 use crate::style::Style;
 
 /// One sample of each pixel, as composited without strokes. rgb: linear colour; a: the ink of lines.
-pub(crate) const SAMPLE: TargetKind = TargetKind::storage("sample", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const SAMPLE: TargetKind = TargetKind::storage(
+    "sample",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Whole.shows("One sample of each pixel of the picture, without strokes"),
+);
 /// The running mean of [`SAMPLE`]. Even and odd frames alternate between the two targets.
 pub(crate) const HISTORY: [TargetKind; 2] = [
-    TargetKind::storage("history of even frames", wgpu::TextureFormat::Rgba16Float),
-    TargetKind::storage("history of odd frames", wgpu::TextureFormat::Rgba16Float),
+    TargetKind::storage(
+        "history of even frames",
+        wgpu::TextureFormat::Rgba16Float,
+        Group::Whole.shows("Mean of the samples of each pixel, in even frames"),
+    ),
+    TargetKind::storage(
+        "history of odd frames",
+        wgpu::TextureFormat::Rgba16Float,
+        Group::Whole.shows("Mean of the samples of each pixel, in odd frames"),
+    ),
 ];
 /// Log2 of the distance of the nearest surface within a pixel, the number of frames that count, and the ink of strokes.
 pub(crate) const SEEN: [TargetKind; 2] = [
-    TargetKind::storage("seen in even frames", wgpu::TextureFormat::Rgba16Float),
-    TargetKind::storage("seen in odd frames", wgpu::TextureFormat::Rgba16Float),
+    TargetKind::storage(
+        "seen in even frames",
+        wgpu::TextureFormat::Rgba16Float,
+        Group::Whole.shows("Distance of each pixel, and how many samples count, in even frames"),
+    ),
+    TargetKind::storage(
+        "seen in odd frames",
+        wgpu::TextureFormat::Rgba16Float,
+        Group::Whole.shows("Distance of each pixel, and how many samples count, in odd frames"),
+    ),
 ];
 
 /// When the camera comes to rest, the mean so far counts as this many samples of weight 1.

@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_list_counts_as_far_as_it_is_filled() {
-        let used = |name, bytes| Traced { name, texture: None, bytes };
+        let used = |name, bytes| Traced { name, content: None, texture: None, bytes };
         let in_use = InUse {
             edges: 10,
             segments: 6,

@@ -10,7 +10,7 @@ use super::cache_counts::CacheCounts;
 use super::pools::KEEP_FRAMES;
 use super::reflection::Variable;
 use super::shader::ShaderError;
-use super::target::Target;
+use super::target::{Target, TextureName};
 
 /// A resource that a shader variable can be bound to.
 #[derive(Clone, Debug)]
@@ -19,8 +19,8 @@ pub enum Resource {
     Buffer(Buffer),
     /// A render or storage target of an eye.
     Target(Target),
-    /// Any other texture, with its name in a trace.
-    Texture(&'static str, wgpu::TextureView),
+    /// Any other texture.
+    Texture(TextureName, wgpu::TextureView),
     Sampler(wgpu::Sampler),
 }
 

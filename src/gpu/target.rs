@@ -17,9 +17,70 @@ const LATEST: u64 = 12;
 pub struct Target {
     /// Name in a trace.
     pub name: &'static str,
+    /// What it shows.
+    pub content: Content,
     pub texture: wgpu::Texture,
     /// View of the whole texture.
     pub view: wgpu::TextureView,
+}
+
+/// What a picture of a frame shows, for people who look at it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Content {
+    /// Heading under which it is listed.
+    pub group: Group,
+    /// One sentence.
+    pub sentence: &'static str,
+}
+
+/// A heading of the list of pictures, in the order of that list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Group {
+    /// The picture, its samples and the sky.
+    Whole,
+    /// The ink of layers.
+    Ink,
+    /// What is seen at each pixel.
+    Surface,
+    /// The smoothed land and its curvature.
+    Form,
+    /// Detected lines, and lines from shading.
+    Lines,
+    /// Edges and strokes.
+    Strokes,
+    /// Light and tones.
+    Tones,
+    /// Trees.
+    Trees,
+}
+
+impl Group {
+    /// Returns the heading.
+    pub fn heading(self) -> &'static str {
+        match self {
+            Self::Whole => "The picture",
+            Self::Ink => "Layers of ink",
+            Self::Surface => "Surface",
+            Self::Form => "Shape of the land",
+            Self::Lines => "Lines",
+            Self::Strokes => "Strokes",
+            Self::Tones => "Tones",
+            Self::Trees => "Trees",
+        }
+    }
+
+    /// Returns what a picture of this group shows.
+    pub(crate) const fn shows(self, sentence: &'static str) -> Content {
+        Content { group: self, sentence }
+    }
+}
+
+/// The name of a texture that is no target, and what it shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TextureName {
+    /// Name in a trace.
+    pub name: &'static str,
+    pub content: Content,
 }
 
 /// The description of a picture that passes request by name.
@@ -27,6 +88,8 @@ pub struct Target {
 pub struct TargetKind {
     /// Unique name, which is also the label and the name in a trace.
     pub name: &'static str,
+    /// What the picture shows.
+    pub content: Content,
     pub format: wgpu::TextureFormat,
     /// Usages besides `TEXTURE_BINDING` and `COPY_SRC`, which every target has.
     pub usage: wgpu::TextureUsages,
@@ -34,13 +97,13 @@ pub struct TargetKind {
 
 impl TargetKind {
     /// Describes a picture that compute passes write.
-    pub(crate) const fn storage(name: &'static str, format: wgpu::TextureFormat) -> Self {
-        Self { name, format, usage: wgpu::TextureUsages::STORAGE_BINDING }
+    pub(crate) const fn storage(name: &'static str, format: wgpu::TextureFormat, content: Content) -> Self {
+        Self { name, content, format, usage: wgpu::TextureUsages::STORAGE_BINDING }
     }
 
     /// Describes a picture that render passes draw on.
-    pub(crate) const fn attachment(name: &'static str, format: wgpu::TextureFormat) -> Self {
-        Self { name, format, usage: wgpu::TextureUsages::RENDER_ATTACHMENT }
+    pub(crate) const fn attachment(name: &'static str, format: wgpu::TextureFormat, content: Content) -> Self {
+        Self { name, content, format, usage: wgpu::TextureUsages::RENDER_ATTACHMENT }
     }
 }
 
@@ -59,7 +122,7 @@ impl Target {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { name: kind.name, texture, view }
+        Self { name: kind.name, content: kind.content, texture, view }
     }
 
     /// Returns width and height, in pixels.

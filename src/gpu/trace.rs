@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::bind::{Named, Resource};
 use super::reflection::Variable;
-use super::target::Target;
+use super::target::{Content, Target, TextureName};
 
 /// One recorded run of a pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,6 +47,8 @@ pub enum Work {
 pub struct Traced {
     /// Name of the picture, buffer or uniform.
     pub name: &'static str,
+    /// What a picture shows; `None` for a buffer.
+    pub content: Option<Content>,
     /// The texture of a picture; `None` for a buffer.
     pub texture: Option<wgpu::Texture>,
     /// Size on the GPU, in bytes. When a frame is finished, that of a list is the size that the frame filled, and that of
@@ -157,7 +159,12 @@ impl<'a> States<'a> {
 
 impl Traced {
     pub(super) fn of(target: &Target) -> Self {
-        Self { name: target.name, texture: Some(target.texture.clone()), bytes: target.bytes() }
+        Self {
+            name: target.name,
+            content: Some(target.content),
+            texture: Some(target.texture.clone()),
+            bytes: target.bytes(),
+        }
     }
 
     /// Returns the texel format of a picture; `None` for a buffer.
@@ -175,14 +182,19 @@ pub(super) fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>,
             Some((_, Resource::Target(target))) => Traced::of(target),
             Some((_, Resource::Buffer(buffer))) => {
                 let bytes = buffer.size.map_or(buffer.raw.size() - buffer.offset, u64::from);
-                Traced { name: buffer.name, texture: None, bytes }
+                Traced { name: buffer.name, content: None, texture: None, bytes }
             }
-            Some((_, Resource::Texture(name, view))) => {
+            Some((_, Resource::Texture(TextureName { name, content }, view))) => {
                 let texture = view.texture();
                 let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(4));
                 let [width, height, layers] =
                     [texture.width(), texture.height(), texture.depth_or_array_layers()].map(u64::from);
-                Traced { name, texture: Some(texture.clone()), bytes: texel * width * height * layers }
+                Traced {
+                    name,
+                    content: Some(*content),
+                    texture: Some(texture.clone()),
+                    bytes: texel * width * height * layers,
+                }
             }
             Some((_, Resource::Sampler(_))) | None => continue,
         };
@@ -202,7 +214,7 @@ mod tests {
 
     fn pass(work: Work, reads: &[&'static str], writes: &[&'static str]) -> PassTrace {
         let traced = |names: &[&'static str]| {
-            names.iter().map(|name| Traced { name, texture: None, bytes: 4 }).collect::<Vec<_>>()
+            names.iter().map(|name| Traced { name, content: None, texture: None, bytes: 4 }).collect::<Vec<_>>()
         };
         let (copied, reads, writes) = (Vec::new(), traced(reads), traced(writes));
         PassTrace { name: "pass", submit: 0, work, copied, reads, writes }

@@ -9,12 +9,13 @@ use super::show::ShowPass;
 use super::stage::{Eye, middle_m};
 use super::swapchains::SwapchainImages;
 use crate::gpu::Gpu;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// How far the middle of the panel is below the eyes: people look slightly down.
 const BELOW_EYES_M: f64 = 0.15;
 const PANEL: TargetKind = TargetKind {
     name: "panel of the headset",
+    content: Group::Whole.shows("The panel inside the headset"),
     format: wgpu::TextureFormat::Rgba8UnormSrgb,
     usage: wgpu::TextureUsages::COPY_DST,
 };

@@ -5,13 +5,17 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
 /// x: the largest turn of the normal, in 1/m across the line of sight, positive where the surface is convex; yz: the
 /// direction of that turn on the picture; w: the part of it that is due to a step across. The size is that of
 /// [`Shapes`].
-pub(crate) const APPARENT: TargetKind = TargetKind::storage("apparent", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const APPARENT: TargetKind = TargetKind::storage(
+    "apparent",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Curvature as the eye sees it, from which apparent ridges are found"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -6,13 +6,17 @@
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::lines::curvature::CurvatureLines;
 use crate::lines::strokes::texture::StrokeTexture;
 use crate::style::Curvature;
 
 /// Ink of the lines: 0 is none, 1 is full.
-pub(crate) const CURVATURE_LINE: TargetKind = TargetKind::storage("curvature line", wgpu::TextureFormat::R32Float);
+pub(crate) const CURVATURE_LINE: TargetKind = TargetKind::storage(
+    "curvature line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("Lines that are found by the curvature of the land"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -4,11 +4,15 @@
 use super::lsa;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::style::{Detector, Lines};
 
 /// Errors along four axes, from 0; a detector without axes writes the same value to all four channels.
-pub(crate) const ERRORS: TargetKind = TargetKind::storage("errors", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const ERRORS: TargetKind = TargetKind::storage(
+    "errors",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Lines.shows("Errors of the line detector, from which lines are made"),
+);
 
 /// Inputs and outputs of the detectors.
 pub(crate) struct Inputs<'a> {

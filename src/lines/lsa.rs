@@ -5,7 +5,7 @@
 use super::detector::Inputs;
 use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::TargetKind;
+use crate::gpu::target::{Group, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::lsa::Lsa as LsaUniform;
 use crate::style::{Epsilon, Lines};
 
@@ -19,7 +19,11 @@ pub(crate) const PLANE_RAMP: [f32; 2] = [50.0, 150.0];
 
 /// The errors of the eight directions, 0 to 1, in 16 bits each. The words are the axes (1,0), (0,1), (1,1), (1,−1); the
 /// low half is the error along the axis, the high half that against it.
-pub(crate) const DIRECTIONS: TargetKind = TargetKind::storage("errors of directions", wgpu::TextureFormat::Rgba32Uint);
+pub(crate) const DIRECTIONS: TargetKind = TargetKind::storage(
+    "errors of directions",
+    wgpu::TextureFormat::Rgba32Uint,
+    Group::Lines.shows("Errors of the line detector in eight directions, packed into numbers"),
+);
 
 /// Computes how far each pixel's neighbourhood is from the surface that the opposite neighbours predict. `directions`
 /// is written for a density filter with eight directions.

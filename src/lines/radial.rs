@@ -4,13 +4,17 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
 /// x: radial curvature, in radians per pixel; y: its derivative toward the eye times the square of the feature size, in
 /// radians; z: cosine between the normal and the direction to the eye; w: distance along the view axis, 0 where there
 /// is no surface. The size is that of [`Shapes`].
-pub(crate) const RADIAL: TargetKind = TargetKind::storage("radial", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const RADIAL: TargetKind = TargetKind::storage(
+    "radial",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Curvature toward the eye, from which suggestive contours are found"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -4,10 +4,14 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// [`LINE`](super::threshold::LINE) without stairs.
-pub(crate) const SMOOTHED: TargetKind = TargetKind::storage("smoothed line", wgpu::TextureFormat::R32Float);
+pub(crate) const SMOOTHED: TargetKind = TargetKind::storage(
+    "smoothed line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("Detected lines without staircase edges"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -3,13 +3,17 @@
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform;
 use crate::style::Lines;
 use crate::style::layers::Measure;
 
 /// Line strength: 0 no line, 1 full.
-pub(crate) const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
+pub(crate) const LINE: TargetKind = TargetKind::storage(
+    "line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("Detected lines before they are smoothed"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -2,11 +2,15 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::lines::trees::TreeLines as TreeLinesUniform;
 
 /// [`ERRORS`](super::detector::ERRORS) without the lines among trees that are not drawn.
-pub(crate) const TREE_ERRORS: TargetKind = TargetKind::storage("tree errors", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TREE_ERRORS: TargetKind = TargetKind::storage(
+    "tree errors",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Trees.shows("Errors of the line detector without those among trees"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -1,11 +1,14 @@
 //! Reads any intermediate image of a frame for `--show`. The trace of the frame lists all of them, so a new image can
 //! be shown without further code.
 
+use std::collections::BTreeSet;
+
 use rayon::prelude::*;
 use wgpu::TextureFormat as Format;
 
 use crate::file::exr::{Channel, Samples};
 use crate::file::message::{did_you_mean, shown};
+use crate::gpu::target::Group;
 use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::style::color::srgb_from_linear;
@@ -68,6 +71,23 @@ pub(crate) fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture
         }
     }
     pictures
+}
+
+/// Returns the images that passes read or write as a list: by group, each with a sentence that says what it shows.
+pub(crate) fn listing(trace: &[PassTrace]) -> String {
+    let used = trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes));
+    let all: BTreeSet<(Group, &str, &str)> =
+        used.filter_map(|used| used.content.map(|content| (content.group, used.name, content.sentence))).collect();
+    let width = all.iter().map(|(_, name, _)| name.len()).max().unwrap_or_default();
+    let mut lines = Vec::new();
+    let mut before = None;
+    for (group, name, sentence) in all {
+        if before.replace(group) != Some(group) {
+            lines.push(format!("{}:", group.heading()));
+        }
+        lines.push(format!("  {name:width$}  {sentence}"));
+    }
+    lines.join("\n")
 }
 
 /// Reads the image `name` of the last frame's trace; a hyphen in the name matches a space. Of an array, as many layers
@@ -285,7 +305,7 @@ mod tests {
 
     #[test]
     fn numbers_of_things_are_told_apart() {
-        let colors: std::collections::BTreeSet<[u8; 3]> = (0..1000).map(color_of).collect();
+        let colors: BTreeSet<[u8; 3]> = (0..1000).map(color_of).collect();
         assert!(colors.len() > 990 && color_of(0) == [0; 3]);
         assert!((1..1000).all(|id| color_of(id).iter().all(|channel| *channel >= 64)));
     }

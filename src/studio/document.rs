@@ -13,7 +13,7 @@ use super::rows::{self, Row, Section, title};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::style::extends::{extended, whole};
 use crate::style::layers::{LayerEdit, with_layer_edit};
-use crate::style::parameters::{find, restore, set};
+use crate::style::parameters::{find, restore, set, uncapitalised};
 use crate::style::set::{SetValue, value_of, with_values};
 use crate::style::{Style, StyleError, preset_text};
 use crate::tones::hatching::maps;
@@ -419,15 +419,6 @@ impl StyleDocument {
             }
             _ => key.to_owned(),
         }
-    }
-}
-
-/// Returns a label as it is written within a sentence; an abbreviation keeps its capital letters.
-fn uncapitalised(label: &str) -> String {
-    let mut letters = label.chars();
-    match (letters.next(), letters.clone().next()) {
-        (Some(first), Some(second)) if second.is_lowercase() => first.to_lowercase().chain(letters).collect(),
-        _ => label.to_owned(),
     }
 }
 

@@ -29,10 +29,10 @@ mod text;
 
 use serde::de::DeserializeOwned;
 
-#[cfg(any(feature = "window", feature = "headset"))]
-pub(crate) use definition::capitalised;
 pub(crate) use definition::unit;
 pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
+#[cfg(any(feature = "window", feature = "headset"))]
+pub(crate) use definition::{capitalised, uncapitalised};
 pub use document::document;
 pub(crate) use range::Range;
 #[cfg(any(feature = "window", feature = "headset"))]

@@ -188,7 +188,8 @@ impl Tone {
 impl Setting for Tone {
     fn kind() -> ValueKind {
         let help = "Method that turns light into tone and colour.";
-        let mut all = vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None).with_label(&["Kind of tone"])];
+        let mut all =
+            vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None).with_label(&["Kind of tone"])];
         for keys in [Toon::kind()] {
             if let ValueKind::Section(keys) = keys {
                 all.extend(keys);

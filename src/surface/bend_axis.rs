@@ -5,13 +5,17 @@
 
 use super::curvature::Shapes;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::surface::bend_axis::BendAxisRules;
 use crate::style::hatching::Hatching;
 
 /// xy: cosine and sine of twice the axis's angle on the map (counter-clockwise from east), times its confidence, 0 to
 /// 1. The size is [`mark_normal_size`](super::mark_normal::mark_normal_size).
-pub(crate) const BEND_AXIS: TargetKind = TargetKind::storage("bend axis", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const BEND_AXIS: TargetKind = TargetKind::storage(
+    "bend axis",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Form.shows("Direction in which the land bends most"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

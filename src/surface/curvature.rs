@@ -6,17 +6,29 @@
 use super::mark_normal::mark_normal_size;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Group, Target, TargetKind, Targets};
 use crate::gpu::wgsl::surface::curvature::CurvatureRules;
 
 /// xyz: unit normal of the form, in world space; w: distance along the view axis. All 0 where there is no land, or
 /// water. The size of all three targets is [`mark_normal_size`].
-pub(crate) const SHAPE_NORMAL: TargetKind = TargetKind::storage("shape normal", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const SHAPE_NORMAL: TargetKind = TargetKind::storage(
+    "shape normal",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Normal of the smoothed land whose curvature is measured"),
+);
 /// xyz: the second fundamental form in the tangent frame of [`SHAPE_NORMAL`] (uu, uv, vv), in 1/m; w: size of a sample
 /// of the form, in metres.
-pub(crate) const SHAPE_BEND: TargetKind = TargetKind::storage("shape bend", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const SHAPE_BEND: TargetKind = TargetKind::storage(
+    "shape bend",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Curvature of the smoothed land in three components, per metre"),
+);
 /// The derivative of the second fundamental form (uuu, uuv, uvv, vvv), in 1/m².
-pub(crate) const SHAPE_CHANGE: TargetKind = TargetKind::storage("shape change", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const SHAPE_CHANGE: TargetKind = TargetKind::storage(
+    "shape change",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Change of the curvature along the land, per square metre"),
+);
 
 /// The targets that the pass writes.
 pub(crate) struct Shapes {

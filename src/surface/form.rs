@@ -4,14 +4,18 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::surface::form::FormRules;
 use crate::scene::Light;
 use crate::style::Style;
 
 /// xyz: unit normal in world space; w: distance along the view axis. All 0 where there is no land. The size is
 /// [`mark_normal_size`](super::mark_normal::mark_normal_size).
-pub(crate) const FORM_NORMAL: TargetKind = TargetKind::storage("form normal", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const FORM_NORMAL: TargetKind = TargetKind::storage(
+    "form normal",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Normal of the smoothed land that is lit"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -12,10 +12,15 @@ use std::convert::Infallible;
 
 use super::ID_FORMAT;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// A picture of one texel that stands for [`SURFACE_ID`](super::SURFACE_ID) in a world that is only land.
-const ONLY_LAND: TargetKind = TargetKind { name: "only land", format: ID_FORMAT, usage: wgpu::TextureUsages::COPY_DST };
+const ONLY_LAND: TargetKind = TargetKind {
+    name: "only land",
+    content: Group::Surface.shows("One texel that stands for the surface ids of a world without models and trees"),
+    format: ID_FORMAT,
+    usage: wgpu::TextureUsages::COPY_DST,
+};
 
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

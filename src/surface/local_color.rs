@@ -6,7 +6,7 @@
 //!
 //! Why: `docs/decisions/forests.md`.
 
-use crate::gpu::target::TargetKind;
+use crate::gpu::target::{Group, TargetKind};
 
 /// A format of four bytes: the other colour attachments of trees leave no more of WebGPU's 32 bytes per sample.
 pub(super) const LOCAL_COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
@@ -14,6 +14,7 @@ pub(super) const LOCAL_COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::
 /// [`packed`] hues at pixels whose surface id is a tree or a model; undefined elsewhere.
 pub(crate) const LOCAL_COLOR: TargetKind = TargetKind {
     name: "local color",
+    content: Group::Surface.shows("Own hue of each tree and model, packed into a number"),
     format: LOCAL_COLOR_FORMAT,
     usage: wgpu::TextureUsages::STORAGE_BINDING.union(wgpu::TextureUsages::RENDER_ATTACHMENT),
 };

@@ -4,13 +4,17 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::surface::mark_normal::MarkRules;
 use crate::style::hatching::Hatching;
 
 /// xyz: unit normal in world space; w: distance along the view axis. All 0 in the sky. The size is
 /// [`mark_normal_size`].
-pub(crate) const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const MARK_NORMAL: TargetKind = TargetKind::storage(
+    "mark normal",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Form.shows("Normal of the smoothed land that hatching marks follow"),
+);
 
 /// Side of the block of pixels that shares one texel.
 pub(super) const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;

@@ -24,13 +24,21 @@ pub(crate) mod motion;
 
 pub use self::seen::DISTANCE;
 pub(crate) use self::seen::{NORMAL, NORMAL_AND_LIGHTNESS};
-use crate::gpu::target::TargetKind;
+use crate::gpu::target::{Group, TargetKind};
 
 /// Reversed depth: near / distance along the view axis; 0 is the sky.
 pub(crate) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// [`id`]s; 0 is the sky.
 pub(crate) const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 /// Depth as rasterised, that is of the mesh and not of the bicubic surface.
-pub(crate) const DEPTH: TargetKind = TargetKind::attachment("depth", DEPTH_FORMAT);
+pub(crate) const DEPTH: TargetKind = TargetKind::attachment(
+    "depth",
+    DEPTH_FORMAT,
+    Group::Surface.shows("Reversed depth of the rasteriser: nearer is greater"),
+);
 /// The [`id`] of the surface that is seen at each pixel.
-pub(crate) const SURFACE_ID: TargetKind = TargetKind::attachment("surface id", ID_FORMAT);
+pub(crate) const SURFACE_ID: TargetKind = TargetKind::attachment(
+    "surface id",
+    ID_FORMAT,
+    Group::Surface.shows("Each patch of the land, each model and each tree in a colour of its own"),
+);

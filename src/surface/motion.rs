@@ -3,10 +3,14 @@
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// Motion from the previous frame to this one, in pixels: x right, y down.
-pub(crate) const MOTION: TargetKind = TargetKind::storage("motion", wgpu::TextureFormat::Rg32Float);
+pub(crate) const MOTION: TargetKind = TargetKind::storage(
+    "motion",
+    wgpu::TextureFormat::Rg32Float,
+    Group::Surface.shows("Motion of each pixel since the frame before, in pixels"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -4,12 +4,16 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::surface::rims::RimRules;
 use crate::style::Rims;
 
 /// x: ink of the lines, 0 to 1; y: 1 on land next to a hole, else 0.
-pub(crate) const RIM: TargetKind = TargetKind::storage("rim", wgpu::TextureFormat::Rg32Float);
+pub(crate) const RIM: TargetKind = TargetKind::storage(
+    "rim",
+    wgpu::TextureFormat::Rg32Float,
+    Group::Surface.shows("Dashed lines along areas without data, and the land next to them"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -4,17 +4,28 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::shared::seen::{NORMAL_OFFSET, NORMAL_SCALE};
 use crate::gpu::wgsl::shared::view::View;
 
 /// Distance of the visible surface along the view axis, in metres; 0 in the sky.
-pub const DISTANCE: TargetKind = TargetKind::storage("distance", wgpu::TextureFormat::R32Float);
+pub const DISTANCE: TargetKind = TargetKind::storage(
+    "distance",
+    wgpu::TextureFormat::R32Float,
+    Group::Surface.shows("Distance along the view axis, in metres; 0 is the sky"),
+);
 /// Normal of the visible surface as a word ([`surface_of`]); 0 in the sky.
-pub(crate) const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::R32Uint);
+pub(crate) const NORMAL: TargetKind = TargetKind::storage(
+    "normal",
+    wgpu::TextureFormat::R32Uint,
+    Group::Surface.shows("Normal of the surface, as red, green and blue"),
+);
 /// As [`NORMAL`], with the lightness as a second word, in scenes with models or trees.
-pub(crate) const NORMAL_AND_LIGHTNESS: TargetKind =
-    TargetKind::storage("normal and lightness", wgpu::TextureFormat::Rg32Uint);
+pub(crate) const NORMAL_AND_LIGHTNESS: TargetKind = TargetKind::storage(
+    "normal and lightness",
+    wgpu::TextureFormat::Rg32Uint,
+    Group::Surface.shows("Normal of the surface, as red, green and blue, in scenes with models or trees"),
+);
 
 /// Returns whether the picture `name` holds words of normals.
 pub(crate) fn holds_normals(name: &str) -> bool {

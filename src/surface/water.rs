@@ -4,13 +4,17 @@
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::surface::water::WaterRules;
 use crate::style::Water;
 use crate::surface::lakes;
 
 /// Metres to the shore on water, at most as far as the style needs; below 0 on land near water; 0 elsewhere.
-pub(crate) const WATER: TargetKind = TargetKind::storage("water", wgpu::TextureFormat::R32Float);
+pub(crate) const WATER: TargetKind = TargetKind::storage(
+    "water",
+    wgpu::TextureFormat::R32Float,
+    Group::Surface.shows("Distance to the shore on water, in metres; negative on land near the shore"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use hachure::frame::{self, Antialias, Renderer};
 use hachure::gpu::shader::SHADERS;
-use hachure::gpu::target::{Target, TargetKind};
+use hachure::gpu::target::{Group, Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced, Work};
 use hachure::picture::show::{self, ShowError};
 use hachure::scene::Wind;
@@ -225,7 +225,7 @@ fn the_table_is_that_of_the_frames() {
     assert_eq!(drawn, known);
     assert!(outside_frames.iter().all(|name| LIST.contains(name)));
     // Planted errors: a pass that reads another resource, and a pass that is not listed.
-    let more = Traced { name: "nothing", texture: None, bytes: 0 };
+    let more = Traced { name: "nothing", content: None, texture: None, bytes: 0 };
     let planted = |name| PassTrace {
         name,
         submit: 0,
@@ -277,9 +277,9 @@ fn every_picture_of_a_frame_can_be_shown() {
             .all(|name| names.contains(name))
     );
     // Planted errors: a picture of an unsupported format, and a name that does not exist.
-    let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint);
+    let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint, Group::Surface.shows("A planted picture"));
     let texture = Some(Target::new(&world.gpu, &kind, [4, 4]).texture);
-    let new = Traced { name: "new", texture, bytes: 64 };
+    let new = Traced { name: "new", content: Some(kind.content), texture, bytes: 64 };
     trace.push(PassTrace {
         name: "surface/none",
         submit: 0,

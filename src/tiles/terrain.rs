@@ -21,11 +21,23 @@ use super::terrain_buffers::TerrainBuffers;
 use super::water_maps::{NO_SEA_M, WaterMaps, water_maps};
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
+use crate::gpu::target::{Group, TextureName};
 use crate::pyramid::store::Ground;
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{PyramidError, TileAddress, TileStore};
 use crate::source::{GeoreferenceError, WorldMapping};
 use crate::tiles::atlas::SLOT_BYTES;
+
+/// The horizon maps of the tiles.
+pub(crate) const HORIZON_MAPS: TextureName = TextureName {
+    name: "horizon maps",
+    content: Group::Tones.shows("Elevation of the horizon toward the sun, and visible sky, on each tile of heights"),
+};
+/// The water maps of the tiles.
+pub(crate) const WATER_MAPS: TextureName = TextureName {
+    name: "water maps",
+    content: Group::Surface.shows("Distance to the shore on each tile of heights, packed into numbers"),
+};
 
 /// Whether a frame waits for its tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -449,7 +461,7 @@ impl Terrain {
             levels,
             rows,
             tiles,
-            ("horizon_maps", Resource::Texture("horizon maps", maps.maps.view().clone())),
+            ("horizon_maps", Resource::Texture(HORIZON_MAPS, maps.maps.view().clone())),
             ("horizon_sampler", Resource::Sampler(maps.sampler().clone())),
         ])
     }
@@ -458,6 +470,6 @@ impl Terrain {
     pub(crate) fn water_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.water_maps.as_ref()?;
         let [terrain, levels, rows, tiles, _] = self.resources();
-        Some([terrain, levels, rows, tiles, ("water_maps", Resource::Texture("water maps", maps.view().clone()))])
+        Some([terrain, levels, rows, tiles, ("water_maps", Resource::Texture(WATER_MAPS, maps.view().clone()))])
     }
 }

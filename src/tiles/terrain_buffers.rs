@@ -10,8 +10,15 @@ use super::selection::units_log2;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
+use crate::gpu::target::{Group, TextureName};
 pub(crate) use crate::gpu::wgsl::shared::terrain::Terrain as TerrainUniform;
 use crate::pyramid::{LevelSize, TileStore};
+
+/// The tiles of heights.
+const HEIGHT_TILES: TextureName = TextureName {
+    name: "height tiles",
+    content: Group::Surface.shows("Tiles of heights that are on the GPU, in metres, side by side"),
+};
 
 impl TerrainUniform {
     /// Computes the uniform of a view. `anchor` is the sample that grid coordinates count from; `earth_inverse_radius`
@@ -125,7 +132,7 @@ impl TerrainBuffers {
             ("levels", self.levels.binding()),
             ("tile_rows", self.rows.binding()),
             ("tiles", self.tiles.binding()),
-            ("heights", Resource::Texture("height tiles", atlas.view().clone())),
+            ("heights", Resource::Texture(HEIGHT_TILES, atlas.view().clone())),
         ]
     }
 }

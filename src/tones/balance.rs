@@ -17,20 +17,37 @@ pub(crate) mod ink_windows;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Group, Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::shared::cover::Balance as BalanceUniform;
 use crate::style::hatching::Hatching;
 
 /// Unclamped ink, its derivative by darkness, the requested darkness, and whether there is a surface.
-const COVER: TargetKind = TargetKind::storage("cover", wgpu::TextureFormat::Rgba16Float);
+const COVER: TargetKind = TargetKind::storage(
+    "cover",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Ink.shows("Ink of hatching marks before its balance, and the requested darkness"),
+);
 /// For each cell: missing ink, how fast ink grows with darkness, and the number of pixels.
-const SUMS: TargetKind = TargetKind::storage("ink sums", wgpu::TextureFormat::Rgba32Float);
+const SUMS: TargetKind = TargetKind::storage(
+    "ink sums",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Ink.shows("Ink that hatching marks lack in each block of pixels"),
+);
 /// For each cell: the correction that is added to the darkness.
-const MORE: TargetKind = TargetKind::storage("more ink", wgpu::TextureFormat::R32Float);
+const MORE: TargetKind = TargetKind::storage(
+    "more ink",
+    wgpu::TextureFormat::R32Float,
+    Group::Ink.shows("Darkness that is added so that hatching marks have the requested ink"),
+);
 /// A replacement of [`MORE`] without balance: one texel, which stays 0.
-const NO_MORE: TargetKind = TargetKind::storage("no more ink", wgpu::TextureFormat::R32Float);
+const NO_MORE: TargetKind = TargetKind::storage(
+    "no more ink",
+    wgpu::TextureFormat::R32Float,
+    Group::Ink.shows("One texel that stands for the balance of a style without one"),
+);
 /// Ink of the marks, 0 to 1.
-pub(crate) const MARKS: TargetKind = TargetKind::storage("marks", wgpu::TextureFormat::R32Float);
+pub(crate) const MARKS: TargetKind =
+    TargetKind::storage("marks", wgpu::TextureFormat::R32Float, Group::Ink.shows("Ink of hatching marks"));
 
 /// The targets that the passes share.
 #[derive(Clone)]

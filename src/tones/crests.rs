@@ -5,14 +5,18 @@
 use super::light::LightUniform;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::tones::crests::CrestRules;
 use crate::scene::Light;
 use crate::style::Style;
 use crate::surface::curvature::Shapes;
 
 /// Value that is added to the light of a pixel, −1 to 1.
-pub(crate) const CREST_LIGHT: TargetKind = TargetKind::storage("crest light", wgpu::TextureFormat::R32Float);
+pub(crate) const CREST_LIGHT: TargetKind = TargetKind::storage(
+    "crest light",
+    wgpu::TextureFormat::R32Float,
+    Group::Tones.shows("Light that crests gain and hollows lose"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

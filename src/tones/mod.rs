@@ -15,14 +15,15 @@ pub(crate) mod watercolor;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::scene::Light;
 use crate::style::{Style, Tone};
 
 /// rgb: linear colour; a: the requested tone, 0 black to 1 white.
 pub(crate) const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Colour before lines and haze, and the requested tone.
-pub(crate) const TONE: TargetKind = TargetKind::storage("tone", TONE_FORMAT);
+pub(crate) const TONE: TargetKind =
+    TargetKind::storage("tone", TONE_FORMAT, Group::Tones.shows("Colour of the tones; alpha is the requested tone"));
 
 /// The local colours of trees and models, which are not the style's.
 #[derive(Clone, Copy)]

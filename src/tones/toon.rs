@@ -10,9 +10,16 @@ use super::{Inputs, Local};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
+use crate::gpu::target::{Group, TextureName};
 pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
 use crate::scene::focus::FocusUniform;
 use crate::style::Toon;
+
+/// The colours of a ramp.
+const RAMP: TextureName = TextureName {
+    name: "ramp",
+    content: Group::Tones.shows("Colours of the tones of the style, by tone and attribute"),
+};
 
 /// Shades the visible surface.
 pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>) {
@@ -46,7 +53,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         ("light", recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
         ("focus", FocusUniform::on_gpu(recorder, inputs.light.focus.as_ref())),
         ("toon", recorder.uniform("toon", &uniform)),
-        ("ramp", Resource::Texture("ramp", ramp.view.clone())),
+        ("ramp", Resource::Texture(RAMP, ramp.view.clone())),
         inputs.terrain.clone(),
         ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),

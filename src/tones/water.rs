@@ -6,14 +6,19 @@ use super::TONE_FORMAT;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::tones::water::WaterLook;
 use crate::style::{Sky, Water};
 
 /// [`TONE`](super::TONE) with water.
-pub(crate) const WATERED: TargetKind = TargetKind::storage("watered", TONE_FORMAT);
+pub(crate) const WATERED: TargetKind =
+    TargetKind::storage("watered", TONE_FORMAT, Group::Tones.shows("Colour of the tones with the tint of water"));
 /// Ink of shorelines and water lines: 0 none, 1 full.
-pub(crate) const WATER_INK: TargetKind = TargetKind::storage("water ink", wgpu::TextureFormat::R32Float);
+pub(crate) const WATER_INK: TargetKind = TargetKind::storage(
+    "water ink",
+    wgpu::TextureFormat::R32Float,
+    Group::Ink.shows("Ink of shorelines and water lines"),
+);
 
 /// Inputs and outputs of the pass.
 pub(crate) struct Inputs<'a> {

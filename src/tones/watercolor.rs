@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::TONE_FORMAT;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::shared::wobble::Anchor;
 pub(crate) use crate::gpu::wgsl::tones::watercolor::Watercolor as WatercolorUniform;
 use crate::style::Watercolor;
@@ -22,7 +22,11 @@ impl Anchor {
 }
 
 /// Colour after the washes have run, and the requested tone.
-pub(crate) const WASHED: TargetKind = TargetKind::storage("washed", TONE_FORMAT);
+pub(crate) const WASHED: TargetKind = TargetKind::storage(
+    "washed",
+    TONE_FORMAT,
+    Group::Tones.shows("Colour of the tones after washes of watercolour have run"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

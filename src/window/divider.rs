@@ -4,6 +4,7 @@
 use egui::{Align2, Color32, CursorIcon, Id, Key, Order, Rect, Response, RichText, Sense, Ui, pos2, vec2};
 
 use super::settings::Styles;
+use crate::studio::document::StyleDocument;
 
 /// Width of the area in which the mouse grabs the divider, in points.
 const GRAB: f32 = 16.0;
@@ -59,13 +60,17 @@ impl Divider {
         let mut stays = true;
         let present_name = styles.list()[present].name.as_str();
         sign(context, "divider left", Align2::RIGHT_TOP, pos2(x - MARGIN, free.top() + MARGIN), |ui| {
+            let is_edited = styles.document(present).is_some_and(StyleDocument::is_edited);
             let name = |left: Left| match left {
-                Left::Saved => format!("{present_name} before the edits"),
+                Left::Saved if is_edited => format!("{present_name} (as saved)"),
+                Left::Saved => present_name.to_owned(),
                 Left::Style(style) => styles.list()[style].name.clone(),
             };
             let list = egui::ComboBox::from_id_salt("left of the divider").selected_text(name(self.left));
             let list = list.show_ui(ui, |ui| {
-                let all = std::iter::once(Left::Saved).chain((0..styles.list().len()).map(Left::Style));
+                // Beside itself, the present style is compared as it is saved.
+                let others = (0..styles.list().len()).filter(|style| *style != present).map(Left::Style);
+                let all = std::iter::once(Left::Saved).chain(others);
                 for left in all {
                     ui.selectable_value(&mut self.left, left, name(left));
                 }
@@ -144,12 +149,15 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
     use egui_kittest::Harness;
-    use egui_kittest::kittest::Queryable as _;
+    use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
     use super::*;
 
     fn harness<'a>() -> Harness<'a, (Divider, bool)> {
-        let (styles, present) = Styles::with("ink").unwrap();
+        of_styles(Styles::with("ink").unwrap())
+    }
+
+    fn of_styles<'a>((styles, present): (Styles, usize)) -> Harness<'a, (Divider, bool)> {
         let harness = Harness::builder().with_size(vec2(800.0, 600.0));
         harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
             move |ui, (divider, stays): &mut (Divider, bool)| {
@@ -183,20 +191,34 @@ mod tests {
     }
 
     #[test]
+    fn only_an_edited_style_is_compared_as_it_is_saved() {
+        let shown = |harness: &Harness<'_, (Divider, bool)>| {
+            harness.get_by_label("Style left of the divider").accesskit_node().value()
+        };
+        let mut plain = harness();
+        plain.run();
+        assert_eq!(shown(&plain).as_deref(), Some("ink"));
+        let (mut styles, present) = Styles::with("ink").unwrap();
+        styles.open(present).unwrap();
+        styles.document_mut(present).unwrap().set("tone.steps", 5_i64).unwrap();
+        styles.refresh(present);
+        let mut edited = of_styles((styles, present));
+        edited.run();
+        assert_eq!(shown(&edited).as_deref(), Some("ink (as saved)"));
+    }
+
+    #[test]
     fn the_left_style_is_chosen_and_the_divider_is_removed() {
         let mut harness = harness();
         harness.run();
-        assert!(
-            harness.query_by_label_contains("ink before the edits").is_some()
-                || harness.query_by_value("ink before the edits").is_some()
-        );
         harness.get_by_label("Style left of the divider").click();
         harness.run();
         // The list is long, and shows its beginning.
-        let (styles, _) = Styles::with("ink").unwrap();
-        harness.get_by_label(&styles.list()[2].name).click();
+        let (styles, present) = Styles::with("ink").unwrap();
+        let other = if present == 2 { 3 } else { 2 };
+        harness.get_by_label(&styles.list()[other].name).click();
         harness.run();
-        assert_eq!(harness.state().0.left, Left::Style(2));
+        assert_eq!(harness.state().0.left, Left::Style(other));
         assert!(harness.state().1);
         harness.get_by_label("Remove the divider").click();
         harness.run();

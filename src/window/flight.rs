@@ -46,6 +46,7 @@ use super::export::run::Run;
 use super::fly_camera::FlyCamera;
 use super::gallery::Gallery;
 use super::gallery::thumbnails::Thumbnails;
+use super::help::KeysWindow;
 use super::input::Input;
 use super::inspector::Inspector;
 use super::land_panel::LandPanel;
@@ -131,6 +132,7 @@ pub(super) struct Flight {
     path_of_opening: Option<String>,
     open_dialog: OpenDialog,
     export_dialog: ExportDialog,
+    keys_window: KeysWindow,
     /// The exports that run.
     exports: Vec<Run>,
     /// The messages of exports that have ended, until the user dismisses them.

@@ -44,6 +44,8 @@ pub(super) struct Gallery {
     pub is_open: bool,
     /// Width in points that the inspector takes at the right border.
     pub inspector_width: f32,
+    /// The words that are searched for.
+    search: String,
     /// The style under the mouse, in the last frame.
     hovered: Option<usize>,
 }
@@ -92,9 +94,16 @@ impl Gallery {
                     is_open = !close.clicked();
                 });
             });
+            let field = egui::TextEdit::singleline(&mut self.search).hint_text("Search").desired_width(170.0);
+            let field = ui.add(field).on_hover_text("Name, description or family of a style");
+            context.accesskit_node_builder(field.id, |node| node.set_label("Search styles"));
             ui.separator();
+            let groups = found(styles, self.search.trim());
+            if groups.is_empty() {
+                ui.label(RichText::new("No style has these words.").weak());
+            }
             egui::ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
-                for (family, group) in families(styles) {
+                for (family, group) in groups {
                     ui.label(RichText::new(family.name()).strong());
                     for row in group.chunks(columns as usize) {
                         ui.horizontal(|ui| {
@@ -186,6 +195,20 @@ struct Cell {
     texture: Option<egui::TextureId>,
     shape: f32,
     is_present: bool,
+}
+
+/// Returns the families with the styles that a search for `words` finds, by name, description or family.
+fn found(styles: &Styles, words: &str) -> Vec<(Family, Vec<usize>)> {
+    let words = words.to_lowercase();
+    let is_found = |family: Family, style: &usize| {
+        let drawn = &styles.list()[*style];
+        let all = format!("{} {} {}", drawn.name, drawn.description, family.name()).to_lowercase();
+        words.split_whitespace().all(|word| all.contains(word))
+    };
+    let mut groups = families(styles);
+    groups.iter_mut().for_each(|(family, group)| group.retain(|style| is_found(*family, style)));
+    groups.retain(|(_, group)| !group.is_empty());
+    groups
 }
 
 /// Returns the ratio of the height of thumbnails to their width: that of the window.

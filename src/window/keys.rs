@@ -60,48 +60,86 @@ pub(super) enum Action {
     AddView,
     /// Play the camera path, or pause it.
     Play,
+    /// Open or close the window of keys.
+    ToggleKeys,
 }
 
-/// The keys and what they do, for the panel.
-pub(super) const HELP: &[(&str, &str)] = &[
-    ("W A S D", "fly"),
-    ("Q E", "down, up"),
-    ("Shift", "faster"),
-    ("drag", "look around"),
-    ("wheel", "zoom to the cursor"),
-    ("Ctrl wheel", "speed"),
-    ("middle drag, Alt drag", "orbit"),
-    ("Shift middle drag", "pan"),
-    ("click", "edit what drew there"),
-    ("double click", "look at"),
-    ("T", "top view"),
-    ("F", "frame all"),
-    ("L", "go to coordinates"),
-    ("[ ]", "field of view"),
-    ("G", "gallery of styles"),
-    ("PgDn PgUp", "next style, previous"),
-    ("1–9", "favourite styles"),
-    ("B", "hold: style before"),
-    ("X", "divider between two styles"),
-    ("− +", "resolution"),
-    ("F12 P", "save picture"),
-    ("F11", "full screen"),
-    ("R", "return to start"),
-    ("Alt Left, Alt Right", "view before, next view"),
-    ("H", "hide this panel"),
-    ("I", "edit the style"),
-    ("K", "look inside the frame"),
-    ("C", "cost of the frame"),
-    ("V", "camera path and views"),
-    ("N", "add key frame to the path"),
-    ("J", "play, pause the path"),
-    ("M", "remember this view"),
-    ("Tab", "next control of a panel"),
-    ("Ctrl Z, Ctrl Y", "undo, redo"),
-    ("Ctrl S", "save the style"),
-    ("Ctrl O", "open a file"),
-    ("Ctrl E", "export"),
-    ("Esc Esc", "quit"),
+/// Keys that are for the same, with what each does.
+#[derive(Debug)]
+pub(super) struct Group {
+    pub heading: &'static str,
+    /// Keys and actions.
+    pub keys: &'static [(&'static str, &'static str)],
+}
+
+/// All keys by group, for the window of keys, the panel and the welcome.
+pub(super) const HELP: &[Group] = &[
+    Group {
+        heading: "Fly",
+        keys: &[
+            ("W A S D", "fly"),
+            ("Q E", "down, up"),
+            ("Shift", "faster"),
+            ("drag", "look around"),
+            ("wheel", "zoom to the cursor"),
+            ("Ctrl wheel", "speed"),
+            ("middle drag, Alt drag", "orbit"),
+            ("Shift middle drag", "pan"),
+            ("[ ]", "field of view"),
+        ],
+    },
+    Group {
+        heading: "Places",
+        keys: &[
+            ("double click", "look at"),
+            ("T", "top view"),
+            ("F", "frame all"),
+            ("L", "go to coordinates"),
+            ("Ctrl C", "copy coordinates"),
+            ("R", "return to start"),
+            ("Alt Left, Alt Right", "view before, next view"),
+        ],
+    },
+    Group {
+        heading: "Camera path",
+        keys: &[
+            ("V", "camera path and views"),
+            ("N", "add key frame to the path"),
+            ("Del", "delete the key frame"),
+            ("J", "play, pause the path"),
+            ("M", "remember this view"),
+        ],
+    },
+    Group {
+        heading: "Styles",
+        keys: &[
+            ("click", "edit what drew there"),
+            ("I", "edit the style"),
+            ("G", "gallery of styles"),
+            ("PgDn PgUp", "next style, previous"),
+            ("1–9", "favourite styles"),
+            ("B", "hold: style before"),
+            ("X", "compare two styles"),
+            ("Backspace", "default of a parameter"),
+            ("Ctrl Z, Ctrl Y", "undo, redo"),
+            ("Ctrl S", "save the style"),
+            ("Ctrl Shift S", "save it under a name"),
+        ],
+    },
+    Group { heading: "Files", keys: &[("Ctrl O", "open a file"), ("Ctrl E", "export"), ("F12 P", "save picture")] },
+    Group {
+        heading: "Window",
+        keys: &[
+            ("F1 ?", "all keys"),
+            ("H", "panel of the flight"),
+            ("K", "look inside the frame"),
+            ("C", "cost of the frame"),
+            ("Tab", "next control of a panel"),
+            ("− +", "resolution"),
+            ("F11", "full screen"),
+            ("Esc Esc", "quit"),
+        ],
+    },
 ];
 
 /// Returns the action of a key. Keys named by a character are recognised by the character of the keyboard layout,
@@ -123,11 +161,13 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>) -> Option<Action> {
         Some("-" | "−") => return Some(Action::StepScale(-1)),
         // Both characters are on one key of many keyboards, and one of them needs Shift.
         Some("+" | "=") => return Some(Action::StepScale(1)),
+        Some("?") => return Some(Action::ToggleKeys),
         _ => {}
     }
     Some(match code {
         Key::PageDown => Action::StepStyle(1),
         Key::PageUp => Action::StepStyle(-1),
+        Key::F1 => Action::ToggleKeys,
         Key::F12 | Key::KeyP => Action::Screenshot,
         Key::KeyG => Action::ToggleGallery,
         Key::KeyX => Action::ToggleDivider,
@@ -343,6 +383,11 @@ mod tests {
         assert_eq!(action(KeyCode::Equal, Some("=")), Some(Action::StepScale(1)));
         assert_eq!(action(KeyCode::NumpadAdd, Some("+")), Some(Action::StepScale(1)));
         assert_eq!(action(KeyCode::BracketRight, Some("]")), Some(Action::Zoom(1.1)));
+        // The question mark is on the slash of an English keyboard, and on the ß of a German one.
+        for code in [KeyCode::Slash, KeyCode::Minus] {
+            assert_eq!(action(code, Some("?")), Some(Action::ToggleKeys));
+        }
+        assert_eq!(action(KeyCode::Slash, Some("/")), None);
     }
 
     #[test]

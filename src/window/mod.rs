@@ -20,6 +20,7 @@ mod flight;
 pub(crate) mod fly_camera;
 mod gallery;
 mod gamepad;
+mod help;
 mod input;
 mod inspector;
 mod keys;

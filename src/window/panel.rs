@@ -124,13 +124,13 @@ pub(super) fn show(
     egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         panels(ui, stats, &mut requests);
         picture(ui, stats, styles, settings);
-        section(ui, "Performance", true, |ui| performance(ui, stats));
+        section(ui, "Performance", false, |ui| performance(ui, stats));
         section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
-        section(ui, "Light", false, |ui| requests.light = light.show(ui, settings, camera.yaw_deg));
+        section(ui, "Light", true, |ui| requests.light = light.show(ui, settings, camera.yaw_deg));
         let draws_water = styles.list()[settings.style].water().is_some();
-        section(ui, "Land", false, |ui| land.show(ui, settings, draws_water));
+        section(ui, "Land", true, |ui| land.show(ui, settings, draws_water));
         section(ui, "Keys", false, |ui| {
-            keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
+            keys::HELP.iter().flat_map(|group| group.keys).for_each(|(keys, what)| row(ui, keys, *what));
         });
     });
     requests
@@ -147,7 +147,7 @@ fn panels(ui: &mut Ui, stats: &PanelStats<'_>, requests: &mut PanelRequests) {
         }
         let gallery = ui.button("Gallery");
         requests.gallery = gallery.on_hover_text("All styles as pictures of the present view (G)").clicked();
-        let hint = "A divider between this style and another one, or itself before its edits (X)";
+        let hint = "This style next to another one, or to itself as it is saved (X)";
         requests.divider = ui.button("Compare").on_hover_text(hint).clicked();
         let hint = "Open another world, a style or a camera path (Ctrl O); files may also be dropped on the window";
         requests.open = ui.button("Open…").on_hover_text(hint).clicked();
@@ -179,6 +179,11 @@ pub(super) fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
         ui.label(RichText::new(name).weak());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(value).monospace()));
     });
+}
+
+/// Adds a row with a name on the left and a value on the right; both show `hint` as a tooltip.
+fn explained(ui: &mut Ui, name: &str, hint: &str, value: String) {
+    labelled(ui, name, hint, egui::Label::new(RichText::new(value).monospace()));
 }
 
 /// Adds a row with a name on the left and a widget on the right; both show `hint` as a tooltip.
@@ -349,11 +354,15 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
 /// Adds times, and numbers of what is drawn and loaded.
 fn performance(ui: &mut Ui, stats: &PanelStats<'_>) {
     let times = stats.frame_times;
-    let frame = match (times.quantile_ms(0.5), times.quantile_ms(0.95)) {
-        (Some(p50_ms), Some(p95_ms)) => format!("{p50_ms:.1}, {p95_ms:.1} ms"),
-        _ => "—".to_owned(),
-    };
-    row(ui, "Frame p50, p95", frame);
+    let quantile =
+        |part: f64| times.quantile_ms(part).map_or_else(|| "—".to_owned(), |time_ms| format!("{time_ms:.1} ms"));
+    explained(ui, "Frame time, median", "Half of the last frames took at most this long", quantile(0.5));
+    explained(
+        ui,
+        "Frame time, 95 %",
+        "All but one in twenty of the last frames took at most this long",
+        quantile(0.95),
+    );
     plot(ui, times);
     let gpu =
         stats.pass_times.passes().first().map_or_else(|| "—".to_owned(), |frame| format!("{:.2} ms", frame.gpu_ms));
@@ -367,9 +376,9 @@ fn performance(ui: &mut Ui, stats: &PanelStats<'_>) {
         }
     }
     row(ui, "Tiles on GPU", grouped(stats.tiles_on_gpu));
-    let tiles = format!("{}, {}", grouped(stats.tiles_loaded), grouped(stats.tiles_missing));
-    let hint = "Tiles loaded since the start; tiles missing now, which coarser ones replace";
-    labelled(ui, "Tiles loaded, missing", hint, egui::Label::new(RichText::new(tiles).monospace()));
+    explained(ui, "Tiles loaded", "Tiles loaded since the start", grouped(stats.tiles_loaded));
+    let hint = "Tiles that this view lacks now; coarser ones replace them";
+    explained(ui, "Tiles missing", hint, grouped(stats.tiles_missing));
     if let Some(error_px) = stats.over_memory_px {
         let text = format!("Surface error now {error_px:.1} px: memory (more with --tile-memory)");
         ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());

@@ -11,28 +11,11 @@ use egui::{Color32, ColorImage, RichText, TextureHandle, TextureOptions, Ui};
 use crate::gpu::Gpu;
 use crate::gpu::async_readback::{AsyncReadback, ROW_BYTES};
 use crate::gpu::readback::aspect;
-use crate::gpu::target::Target;
+use crate::gpu::target::{Group, Target};
 use crate::picture::show;
-use crate::studio::rows::title;
+use crate::studio::rows::{layer_definitions, title};
 use crate::style::Style;
-
-/// Pictures that most people look for, with what they show.
-const HELP: &[(&str, &str)] = &[
-    ("distance", "Distance along the view axis, in metres; 0 is the sky"),
-    ("depth", "Reversed depth of the rasteriser: nearer is greater"),
-    ("normal", "Normal of the surface, as red, green and blue"),
-    ("normal and lightness", "Normal of the surface, as red, green and blue"),
-    ("surface id", "Each patch of the land, each model and each tree in a colour of its own"),
-    ("motion", "Motion of each pixel since the frame before, in pixels"),
-    ("errors", "Errors of the line detector (LSA), from which lines are made"),
-    ("edge ids", "Edges of the surface from which strokes are chained, each in a colour of its own"),
-    ("thinned edge ids", "The same edges, thinned to a width of one pixel"),
-    ("stroke ids", "Chains of edges, each stroke in a colour of its own"),
-    ("stroke ink", "Ink of strokes"),
-    ("tone", "Colour of the tones; alpha is the requested tone"),
-    ("line", "Detected lines before they are smoothed"),
-    ("picture", "The picture itself, linear"),
-];
+use crate::style::parameters::uncapitalised;
 
 /// A picture of the frame that can be shown instead of the drawing.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,7 +30,11 @@ pub(super) enum FramePicture {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Entry {
     pub selected: FramePicture,
+    pub group: Group,
     pub label: String,
+    /// What it shows, in a sentence.
+    pub sentence: String,
+    /// Size and format, and how to write it to a file.
     pub help: String,
 }
 
@@ -84,12 +71,19 @@ pub(super) struct PictureViewer {
     pub(super) next_check: Instant,
 }
 
-/// Returns the pictures of a frame that can be shown: the ink of each layer of `style`, and the targets of the frame.
+/// Returns the pictures of a frame that can be shown, by group: the ink of each layer of `style`, and the targets of the
+/// frame.
 pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: &[(usize, &Target)]) -> Vec<Entry> {
-    let inks = (0..style.layers.len()).rev().filter(|layer| has_ink(*layer)).map(|layer| Entry {
-        selected: FramePicture::Ink(layer),
-        label: format!("Ink of {}", title(&style.layers.key(layer)).to_lowercase()),
-        help: "How much of each pixel the layer covers, before haze".to_owned(),
+    let inks = (0..style.layers.len()).rev().filter(|layer| has_ink(*layer)).map(|layer| {
+        let kind = style.layers[layer].kind();
+        let definition = layer_definitions().iter().find(|definition| definition.key == kind);
+        Entry {
+            selected: FramePicture::Ink(layer),
+            group: Group::Ink,
+            label: format!("Ink of {}", uncapitalised(&title(&style.layers.key(layer)))),
+            sentence: definition.map_or_else(String::new, |definition| definition.help.to_owned()),
+            help: "How much of each pixel the layer covers, before haze".to_owned(),
+        }
     });
     let mut entries: Vec<Entry> = inks.collect();
     for (number, target) in pictures {
@@ -99,15 +93,16 @@ pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: 
         }
         let label = if *number > 0 { format!("{} {}", target.name, number + 1) } else { target.name.to_owned() };
         let [width, height] = target.size_px();
-        let known =
-            HELP.iter().find(|(name, _)| *name == target.name).map_or("A picture of the frame", |(_, help)| help);
-        let help = format!(
-            "{known}\n{width} × {height}, {:?}; for a file: render --show \"{}\"",
-            target.texture.format(),
-            target.name
-        );
-        entries.push(Entry { selected, label, help });
+        let format = target.texture.format();
+        entries.push(Entry {
+            selected,
+            group: target.content.group,
+            label,
+            sentence: target.content.sentence.to_owned(),
+            help: format!("{width} × {height}, {format:?}; for a file: render --show \"{}\"", target.name),
+        });
     }
+    entries.sort_by_key(|entry| entry.group);
     entries
 }
 
@@ -249,8 +244,8 @@ impl PictureViewer {
         ui.label(RichText::new("A picture of the frame, instead of the drawing.").weak());
         let mut divider = 100.0 * self.divider;
         let slider = egui::Slider::new(&mut divider, 0.0..=95.0).suffix(" %").max_decimals(0);
-        let hint = "The drawing stays left of the divider; 0 shows the picture in the whole window";
-        super::panel::labelled(ui, "Divider", hint, slider);
+        let hint = "The drawing stays on this part of the window, at the left; 0 shows the picture everywhere";
+        super::panel::labelled(ui, "Drawing on the left", hint, slider);
         self.divider = divider / 100.0;
         ui.separator();
         let mut chosen = None;
@@ -261,12 +256,17 @@ impl PictureViewer {
             ui.colored_label(super::panel::WARNING, error);
         }
         egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            for Entry { selected, label, help } in entries {
-                let is_shown = self.selected.as_ref() == Some(selected);
-                let line = ui.selectable_label(is_shown, label).on_hover_text(help);
-                if line.clicked() {
-                    chosen = Some((!is_shown).then(|| selected.clone()));
-                }
+            for group in entries.chunk_by(|a, b| a.group == b.group) {
+                let heading = RichText::new(group[0].group.heading()).strong();
+                egui::CollapsingHeader::new(heading).default_open(true).show_unindented(ui, |ui| {
+                    for Entry { selected, label, sentence, help, .. } in group {
+                        let is_shown = self.selected.as_ref() == Some(selected);
+                        if ui.selectable_label(is_shown, label).on_hover_text(help).clicked() {
+                            chosen = Some((!is_shown).then(|| selected.clone()));
+                        }
+                        ui.add(egui::Label::new(RichText::new(sentence).weak().small()).wrap());
+                    }
+                });
             }
         });
         if let Some(selected) = chosen {
@@ -363,6 +363,13 @@ mod tests {
                 }
             }
             assert!(list.iter().any(|entry| matches!(entry.selected, FramePicture::Ink(_))), "{name}");
+            assert!(list.is_sorted_by_key(|entry| entry.group), "a group is listed twice");
+            let is_sentence = |text: &str| {
+                text.starts_with(char::is_uppercase) && text.split_whitespace().count() > 2 && !text.contains('\n')
+            };
+            let mute: Vec<&Entry> = list.iter().filter(|entry| !is_sentence(&entry.sentence)).collect();
+            assert!(mute.is_empty(), "{mute:?}");
+            assert!(!is_sentence("A picture") && !is_sentence(""), "planted: these say nothing");
         }
         for wanted in ["depth", "distance", "errors", "stroke ids", "edge ids", "tone", "picture"] {
             assert!(names.contains(wanted), "{wanted}: {names:?}");

@@ -49,8 +49,10 @@ impl FromStr for TypedPlace {
         let pair = |first: char, second: char| {
             let lower = compact.to_lowercase();
             let (a, b) = lower.split_once(',')?;
-            let number =
-                |text: &str, letter: char| text.strip_prefix(letter)?.parse().ok().filter(|it: &f64| it.is_finite());
+            let number = |text: &str, letter: char| {
+                let (number, _) = without_unit(text.strip_prefix(letter)?);
+                number.parse().ok().filter(|it: &f64| it.is_finite())
+            };
             Some(DVec2::new(number(a, first)?, number(b, second)?))
         };
         if let Some(projected) = pair('e', 'n') {
@@ -64,6 +66,25 @@ impl FromStr for TypedPlace {
     }
 }
 
+/// Units of projected coordinates, in metres. Those of other reference systems have no name here.
+const UNITS: [(&str, f64); 3] = [("m", 1.0), ("ft", 0.3048), ("US ft", 1200.0 / 3937.0)];
+
+/// Splits a number, which may have no spaces, from the unit behind it, if it has one.
+fn without_unit(text: &str) -> (&str, Option<&'static str>) {
+    for (written, unit) in [("usft", "US ft"), ("ft", "ft"), ("m", "m")] {
+        if let Some(number) = text.strip_suffix(written) {
+            return (number, Some(unit));
+        }
+    }
+    (text, None)
+}
+
+/// Returns the unit at the end of typed coordinates, if they have one.
+fn typed_unit(text: &str) -> Option<&'static str> {
+    let compact: String = text.to_lowercase().chars().filter(|sign| !sign.is_whitespace()).collect();
+    without_unit(&compact).1
+}
+
 /// The reference systems of a world.
 pub(super) struct Places {
     mapping: WorldMapping,
@@ -71,6 +92,8 @@ pub(super) struct Places {
     earth: Result<GridOnWgs84, String>,
     /// Name of the projected reference system, if the world has one.
     projected: Option<String>,
+    /// Unit of the projected coordinates; empty if it has no name.
+    unit: &'static str,
     corners_m: [DVec2; 2],
     name: String,
 }
@@ -91,8 +114,12 @@ impl Places {
             Crs::Projected { name, .. } => Some(name.clone()),
             Crs::Local | Crs::Geographic { .. } => None,
         };
+        let unit = match &georeference.crs {
+            Crs::Projected { metres_per_unit, .. } => unit_of(*metres_per_unit),
+            Crs::Local | Crs::Geographic { .. } => "m",
+        };
         let (mapping, corners_m) = (terrain.mapping().clone(), terrain.corners_m());
-        Self { mapping, earth, projected, corners_m, name: store.name() }
+        Self { mapping, earth, projected, unit, corners_m, name: store.name() }
     }
 
     /// Returns the coordinates of a place, as [`TypedPlace`] reads them: latitude and longitude, and those of the
@@ -100,13 +127,14 @@ impl Places {
     pub(super) fn texts(&self, world_m: DVec2) -> Vec<String> {
         let degrees = self.earth.as_ref().ok().and_then(|grid| grid.degrees(world_m));
         // A hundred-thousandth of a degree is about a metre.
-        let earth = degrees.map(|at| format!("{:.5}, {:.5}", at.y, at.x));
+        let earth = degrees.map(|at| format!("{:.5}°, {:.5}°", at.y, at.x));
         let plane = match &self.projected {
             Some(_) => {
                 let at = self.mapping.crs_from_world(world_m);
-                format!("E {:.0}, N {:.0}", at.x, at.y)
+                let space = if self.unit.is_empty() { "" } else { " " };
+                format!("E {:.0}{space}{unit}, N {:.0}{space}{unit}", at.x, at.y, unit = self.unit)
             }
-            None => format!("x {:.0}, y {:.0}", world_m.x, world_m.y),
+            None => format!("x {:.0} m, y {:.0} m", world_m.x, world_m.y),
         };
         earth.into_iter().chain([plane]).collect()
     }
@@ -133,10 +161,19 @@ impl Places {
             TypedPlace::Projected(_) if self.projected.is_none() => {
                 Err(format!("{text}: the world has no projected coordinates"))
             }
+            TypedPlace::Projected(_) | TypedPlace::World(_) if let Some(unit) = self.wrong_unit(typed, &text) => {
+                Err(format!("{text}: these coordinates are not in {unit}"))
+            }
             TypedPlace::Projected(crs) => self.inside(self.mapping.world_from_crs(*crs), &text),
             TypedPlace::World(world_m) => self.inside(*world_m, &text),
             TypedPlace::Camera(camera) => Ok(camera.position_m.truncate()),
         }
+    }
+
+    /// Returns the unit that was typed, if it is not that of the coordinates.
+    fn wrong_unit(&self, typed: &TypedPlace, text: &str) -> Option<&'static str> {
+        let unit = if matches!(typed, TypedPlace::World(_)) { "m" } else { self.unit };
+        typed_unit(text).filter(|typed| *typed != unit)
     }
 
     fn inside(&self, world_m: DVec2, text: &str) -> Result<DVec2, String> {
@@ -157,6 +194,13 @@ impl Places {
             axes[1]
         ))
     }
+}
+
+/// Returns the name of a unit of projected coordinates; an empty text if it has none.
+fn unit_of(metres_per_unit: f64) -> &'static str {
+    // A US survey foot differs from a foot by two millionths.
+    let is_unit = |(_, metres): &&(&str, f64)| (metres_per_unit / metres - 1.0).abs() < 1e-7;
+    UNITS.iter().find(is_unit).map_or("", |(unit, _)| unit)
 }
 
 /// Formats a distance: metres below 1 km, otherwise kilometres.
@@ -201,6 +245,25 @@ mod tests {
             assert!(error.contains("46.5370,7.9622") && !error.contains('\n'), "{wrong}: {error}");
         }
         assert!("1,2,x,0,-10,50".parse::<TypedPlace>().unwrap_err().contains("camera"));
+    }
+
+    #[test]
+    fn units_are_shown_and_read_again() {
+        for (metres, unit) in [(1.0, "m"), (0.3048, "ft"), (0.304_800_609_6, "US ft"), (0.9, "")] {
+            assert_eq!(unit_of(metres), unit, "{metres}");
+        }
+        for text in ["E 594123 m, N 5189456 m", "E594123ft,N5189456ft", "e 594123 US ft, n 5189456 US ft"] {
+            assert_eq!(text.parse(), Ok(TypedPlace::Projected(DVec2::new(594_123.0, 5_189_456.0))), "{text}");
+        }
+        assert_eq!("x 46 m, y -7 m".parse(), Ok(TypedPlace::World(DVec2::new(46.0, -7.0))));
+        assert_eq!(
+            [typed_unit("E 1 US ft, N 2 US ft"), typed_unit("E1,N2m"), typed_unit("E1,N2")],
+            [Some("US ft"), Some("m"), None]
+        );
+        // Planted: other units are refused, not ignored.
+        for wrong in ["E594km,N5189km", "x46 cm,y7 cm"] {
+            assert!(wrong.parse::<TypedPlace>().is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -82,6 +82,20 @@ pub(super) fn words(place: &PlaceUnderCursor, places: &Places, exaggeration: f64
     words
 }
 
+/// Copies the coordinates of the line, which are the first of its words, if the user asks for it while no text is
+/// selected. Returns what was copied.
+pub(super) fn copy(context: &egui::Context, words: &[String]) -> Option<String> {
+    let is_asked = context.input(|input| input.events.iter().any(|event| matches!(event, egui::Event::Copy)));
+    let has_selection = || context.plugin::<egui::text_selection::LabelSelectionState>().lock().has_selection();
+    if !is_asked || context.text_edit_focused() || has_selection() {
+        return None;
+    }
+    // The sky has no coordinates.
+    let coordinates = words.first().filter(|_| words.len() > 1)?;
+    context.copy_text(coordinates.clone());
+    Some(coordinates.clone())
+}
+
 /// Shows the line, and the field if it is open. Returns the coordinates to which the user wants to go.
 /// `free` is the part of the window that no panel covers.
 pub(super) fn show(
@@ -142,15 +156,19 @@ mod tests {
     struct Bench {
         go_to: GoTo,
         typed: Vec<String>,
+        copied: Vec<String>,
+        is_over_sky: bool,
     }
 
     fn harness<'a>() -> Harness<'a, Bench> {
-        let words = ["46.85230, -121.76030".to_owned(), "height 4390 m".to_owned()];
+        let words = ["46.85230°, -121.76030°".to_owned(), "height 4390 m".to_owned()];
+        let sky = ["sky".to_owned()];
         let harness = Harness::builder().with_size(egui::vec2(640.0, 360.0));
         let mut harness = harness.with_context_setup(crate::window::panel::set_up).build_ui_state(
             move |ui, bench: &mut Bench| {
                 let typed = show(ui.ctx(), ui.ctx().content_rect(), &words, Some("EPSG:32610"), &mut bench.go_to);
                 bench.typed.extend(typed);
+                bench.copied.extend(copy(ui.ctx(), if bench.is_over_sky { &sky } else { &words }));
             },
             Bench::default(),
         );
@@ -161,7 +179,7 @@ mod tests {
     #[test]
     fn coordinates_are_shown_and_typed() {
         let mut harness = harness();
-        assert!(harness.query_by_label("46.85230, -121.76030").is_some());
+        assert!(harness.query_by_label("46.85230°, -121.76030°").is_some());
         assert!(harness.query_by_label("Coordinates to go to").is_none());
         harness.state_mut().go_to.open();
         harness.run();
@@ -175,6 +193,31 @@ mod tests {
         harness.state_mut().go_to.refuse("46.8,-121.7: outside of a.tif".to_owned());
         harness.run();
         assert!(harness.query_by_label("46.8,-121.7: outside of a.tif").is_some());
+    }
+
+    #[test]
+    fn coordinates_are_copied() {
+        let mut harness = harness();
+        let copy = |harness: &mut Harness<'_, Bench>| {
+            harness.event(egui::Event::Copy);
+            harness.step();
+            let commands = harness.output().platform_output.commands.iter();
+            let texts = commands.filter_map(|command| match command {
+                egui::OutputCommand::CopyText(text) => Some(text.clone()),
+                _ => None,
+            });
+            texts.collect::<Vec<_>>()
+        };
+        assert_eq!(copy(&mut harness), ["46.85230°, -121.76030°"]);
+        assert_eq!(harness.state().copied, ["46.85230°, -121.76030°"]);
+        // Planted: there is nothing to copy in the sky, and a field copies its own text.
+        harness.state_mut().is_over_sky = true;
+        assert!(copy(&mut harness).is_empty());
+        harness.state_mut().is_over_sky = false;
+        harness.state_mut().go_to.open();
+        harness.run();
+        assert!(copy(&mut harness).is_empty());
+        assert_eq!(harness.state().copied.len(), 1);
     }
 
     #[test]

@@ -30,7 +30,7 @@ pub(super) fn show(context: &egui::Context) -> bool {
                         button.request_focus();
                     }
                     let has_key = ui.input(|input| input.key_pressed(Key::Escape) || input.key_pressed(Key::Enter));
-                    let hint = "These sentences do not come again; the keys stay in the panel (Enter, Esc)";
+                    let hint = "These sentences do not come again; F1 shows the keys (Enter, Esc)";
                     is_closed = button.on_hover_text(hint).clicked() || has_key;
                 });
             });
@@ -41,7 +41,8 @@ pub(super) fn show(context: &egui::Context) -> bool {
                 ui.add_space(6.0);
                 let columns = if width > WIDE { 2 } else { 1 };
                 egui::Grid::new("keys").num_columns(2 * columns).spacing([14.0, 2.0]).show(ui, |ui| {
-                    for row in keys::HELP.chunks(columns) {
+                    let all: Vec<_> = keys::HELP.iter().flat_map(|group| group.keys).collect();
+                    for row in all.chunks(columns) {
                         for (keys, what) in row {
                             ui.label(RichText::new(*keys).monospace().strong());
                             ui.label(*what);

@@ -59,10 +59,23 @@ fn a_picture_of_the_frame_is_written_as_it_stands() {
     assert_eq!([tiles.width, tiles.height], [260, 260]);
     assert!(tiles.f32("Y").unwrap().iter().any(|height_m| *height_m > 100.0));
 
-    let line = place.misuse(&[&RENDER[..], &["none.png", "--show", "norml"]].concat());
+    let unknown = [&RENDER[..], &["none.png", "--show", "norml"]].concat();
+    let output = place.hachure(&unknown);
+    let (list, line) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.code() == Some(2) && line.lines().count() == 1, "{line}");
     for known in ["--show norml", "normal", "surface id", "height tiles", "smoothed line"] {
         assert!(line.contains(known), "{line}");
     }
+    // The list has a sentence about each picture, under headings.
+    for known in ["\nSurface:\n", "  Distance along the view axis, in metres; 0 is the sky\n", "\nLines:\n"] {
+        assert!(list.contains(known), "{list}");
+    }
+    assert!(
+        list.lines().filter(|line| line.starts_with("  ")).all(|line| line.split_whitespace().count() > 3),
+        "{list}"
+    );
+    assert!(!list.contains("stroke ids"), "the style has no strokes: {list}");
+    place.misuse(&[&unknown[..], &["--json"]].concat());
     for wrong in [&["o.svg", "--style", "pen"][..], &["o.exr", "--aov", "depth"], &["o.png", "--size", "9000x9000"]] {
         let line = place.misuse(&[&RENDER[..3], &["-o"], wrong, &["--show", "depth"]].concat());
         assert!(line.contains("--show"), "{line}");

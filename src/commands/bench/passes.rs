@@ -46,7 +46,7 @@ mod tests {
     use crate::gpu::trace::{Traced, Work};
 
     fn used(name: &'static str, bytes: u64) -> Traced {
-        Traced { name, texture: None, bytes }
+        Traced { name, content: None, texture: None, bytes }
     }
 
     #[test]

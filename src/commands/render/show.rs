@@ -5,6 +5,7 @@ use std::path::Path;
 use super::map::Sidecars;
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
+use crate::commands::print;
 use crate::file::exr::write_exr_noted;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -41,10 +42,16 @@ impl Job<'_> {
         renderer.set_wants_ids(true);
         let report = self.render(pose, pose, |_| Ok(()))?;
         let trace = self.renderer.as_ref().map(Renderer::trace).unwrap_or_default();
-        let picture = show::read(&self.gpu, trace, name, self.args.size()).map_err(|error| match error {
-            ShowError::Unknown { .. } => Misuse::of(error).into(),
-            error => anyhow::Error::from(error),
-        })?;
+        let picture = match show::read(&self.gpu, trace, name, self.args.size()) {
+            Ok(picture) => picture,
+            Err(error @ ShowError::Unknown { .. }) => {
+                if !self.args.json {
+                    print(&show::listing(trace))?;
+                }
+                return Err(Misuse::of(error).into());
+            }
+            Err(error) => return Err(error.into()),
+        };
         let [width, height] = picture.size_px;
         let imprint = self.imprint_text();
         let notes = self.notes(&imprint, pose);

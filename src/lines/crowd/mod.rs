@@ -16,14 +16,18 @@ pub(crate) mod thin;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Group, Target, TargetKind, Targets};
 use crate::gpu::wgsl::shared::crowd::CELL_WORDS;
 pub(crate) use crate::gpu::wgsl::shared::crowd::Crowd as CrowdUniform;
 
 /// Ink of each rank, for each cell.
 pub(crate) const COUNTS: BufferKind = BufferKind::storage("crowd counts");
 /// For each cell: the bar, and the factor of lines above it.
-const BARS: TargetKind = TargetKind::storage("crowd bars", wgpu::TextureFormat::Rgba32Float);
+const BARS: TargetKind = TargetKind::storage(
+    "crowd bars",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Lines.shows("Importance that a line needs to be drawn where lines are crowded"),
+);
 
 /// Cells along a side of the window.
 const CELLS: f32 = 4.0;

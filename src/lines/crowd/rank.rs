@@ -3,11 +3,15 @@
 use super::Cells;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// In 16 bits each: rank, from 0 (speckle, or no line) to 1 (a long skyline), and how far the cap applies, which is 0
 /// near a pair of eyes.
-pub(crate) const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::R32Uint);
+pub(crate) const RANK: TargetKind = TargetKind::storage(
+    "line rank",
+    wgpu::TextureFormat::R32Uint,
+    Group::Lines.shows("Importance of each line where lines are crowded, packed into a number"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

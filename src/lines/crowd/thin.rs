@@ -3,10 +3,14 @@
 use super::Cells;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// Line strength after the least important lines were removed where lines are crowded.
-pub(crate) const UNCROWDED: TargetKind = TargetKind::storage("uncrowded line", wgpu::TextureFormat::R32Float);
+pub(crate) const UNCROWDED: TargetKind = TargetKind::storage(
+    "uncrowded line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("Detected lines without the least important ones of crowds"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

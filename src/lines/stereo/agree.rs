@@ -2,10 +2,14 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// Line strength (0 no line, 1 full) of lines that the other eye has as well, or cannot have.
-pub(crate) const AGREED: TargetKind = TargetKind::storage("agreed line", wgpu::TextureFormat::R32Float);
+pub(crate) const AGREED: TargetKind = TargetKind::storage(
+    "agreed line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("Detected lines that both eyes of a stereo pair have"),
+);
 
 /// The pictures of an eye that the comparison reads.
 pub(crate) struct Eye {

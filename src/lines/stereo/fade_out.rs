@@ -2,13 +2,17 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::stereo::fade_out::FadeOut as FadeOutUniform;
 use crate::scene::view::Rig;
 use crate::style::Lines;
 
 /// Line strength (0 no line, 1 full), with contours that fade out.
-pub(crate) const FADED: TargetKind = TargetKind::storage("faded line", wgpu::TextureFormat::R32Float);
+pub(crate) const FADED: TargetKind = TargetKind::storage(
+    "faded line",
+    wgpu::TextureFormat::R32Float,
+    Group::Lines.shows("Detected lines of an eye, with contours that fade out"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

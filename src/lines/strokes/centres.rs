@@ -4,10 +4,14 @@ use super::samples::SampleWork;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// The number of a sample plus 1; 0 where there is no centre line.
-pub(crate) const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::TextureFormat::R32Uint);
+pub(crate) const CENTRES: TargetKind = TargetKind::attachment(
+    "stroke centres",
+    wgpu::TextureFormat::R32Uint,
+    Group::Strokes.shows("Centre lines of strokes, each sample in a colour of its own"),
+);
 
 const DRAW: Draw = Draw {
     colors: [replaced(wgpu::TextureFormat::R32Uint), None, None, None, None],

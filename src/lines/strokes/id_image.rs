@@ -5,16 +5,21 @@
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::surface::edges::EdgeList;
 
 const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// The number of an edge plus 1; 0 where there is no edge. The size is [`image_px`](super::image_px).
-pub(crate) const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
+pub(crate) const EDGE_IDS: TargetKind = TargetKind::attachment(
+    "edge ids",
+    ID_FORMAT,
+    Group::Strokes.shows("Edges of the surface from which strokes are chained, each in a colour of its own"),
+);
 /// Depth among the edges themselves.
-pub(crate) const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FORMAT);
+pub(crate) const EDGE_DEPTH: TargetKind =
+    TargetKind::attachment("edge depth", DEPTH_FORMAT, Group::Strokes.shows("Depth of the edges of the surface"));
 
 const DRAW: Draw = Draw {
     colors: [replaced(ID_FORMAT), None, None, None, None],

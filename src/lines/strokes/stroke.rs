@@ -6,16 +6,20 @@ use super::texture::StrokeTexture;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, greatest, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// The format of [`INK`], with 16 bits because it is blended, which not every GPU supports for 32-bit floats.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 /// Amount of ink: 0 none, 1 full.
-pub(crate) const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
+pub(crate) const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT, Group::Ink.shows("Ink of strokes"));
 /// The stroke that inks each pixel: the number of the sample at which the segment begins, plus 1. It is kept until the
 /// next frame.
-pub(crate) const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
+pub(crate) const STROKE_IDS: TargetKind = TargetKind::attachment(
+    "stroke ids",
+    wgpu::TextureFormat::R32Uint,
+    Group::Strokes.shows("Strokes as they are drawn, each sample in a colour of its own"),
+);
 
 const SOLID: Draw = Draw {
     colors: [greatest(INK_FORMAT), replaced(wgpu::TextureFormat::R32Uint), None, None, None],

@@ -5,14 +5,22 @@
 use super::Lists;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::surface::edges::EdgeList;
 
 /// The number of an edge plus 1, and bits that say what has been decided about the pixel; 0 where there is no edge. The
 /// size is [`image_px`](super::image_px). The rounds alternate between the two targets.
 pub(crate) const THINNED: [TargetKind; 2] = [
-    TargetKind::storage("thinned edge ids", wgpu::TextureFormat::R32Uint),
-    TargetKind::storage("edge ids in between", wgpu::TextureFormat::R32Uint),
+    TargetKind::storage(
+        "thinned edge ids",
+        wgpu::TextureFormat::R32Uint,
+        Group::Strokes.shows("The edges of strokes, thinned to a width of one pixel"),
+    ),
+    TargetKind::storage(
+        "edge ids in between",
+        wgpu::TextureFormat::R32Uint,
+        Group::Strokes.shows("The edges of strokes during a round of their thinning"),
+    ),
 ];
 
 /// Rounds of selection, enough for this many lines side by side; pixels undecided after the last round stay.

@@ -2,12 +2,16 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEP_PX, STEPS};
 use crate::style::ToneLines;
 
 /// [`TONE_LINES`](super::search::TONE_LINES) without short lines.
-pub(crate) const LONG_LINES: TargetKind = TargetKind::storage("long tone lines", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const LONG_LINES: TargetKind = TargetKind::storage(
+    "long tone lines",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Lines.shows("Nearest line from shading at each pixel, without short lines"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

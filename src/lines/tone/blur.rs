@@ -2,14 +2,22 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::blur::Blur;
 use crate::style::ToneLines;
 
 /// Result of the first pass: [`TONE_IMAGE`](super::tone_image::TONE_IMAGE), multiplied by the fraction that is surface.
-pub(crate) const ACROSS: TargetKind = TargetKind::storage("tone image across", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const ACROSS: TargetKind = TargetKind::storage(
+    "tone image across",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Lines.shows("Shaded image after the horizontal half of its blur"),
+);
 /// [`TONE_IMAGE`](super::tone_image::TONE_IMAGE) after the blur; the last channel is the fraction that is surface.
-pub(crate) const BLURRED: TargetKind = TargetKind::storage("blurred tone image", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const BLURRED: TargetKind = TargetKind::storage(
+    "blurred tone image",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Lines.shows("Shaded image after its blur"),
+);
 
 /// Inputs and outputs of the passes.
 pub(crate) struct Inputs<'a> {

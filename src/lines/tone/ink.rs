@@ -2,12 +2,16 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::ink::Ink;
 use crate::style::ToneLines;
 
 /// Ink of dark lines and of highlight lines, 0 to 1.
-pub(crate) const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TONE_INK: TargetKind = TargetKind::storage(
+    "tone ink",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Ink.shows("Ink of dark lines and of highlight lines from shading"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

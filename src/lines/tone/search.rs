@@ -3,14 +3,18 @@
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
 use crate::style::ToneLines;
 
 /// The line nearest to each cell of the grid: curvature of the tone relative to the threshold (negative for a highlight
 /// line), opacity, signed distance in pixels, and direction as a number from -1 to 1. See `Line` and `texel_of_line` in
 /// `shaders/shared/tone_grid.wgsl`.
-pub(crate) const TONE_LINES: TargetKind = TargetKind::storage("tone lines", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TONE_LINES: TargetKind = TargetKind::storage(
+    "tone lines",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Lines.shows("Nearest line from shading at each pixel: curvature, opacity, distance and direction"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

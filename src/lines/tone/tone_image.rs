@@ -4,14 +4,18 @@ use glam::DVec3;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::tone_image::ToneRules;
 use crate::scene::view::Pose;
 use crate::style::{ToneLight, ToneLines};
 
 /// For each cell of the grid: diffuse tone, specular highlights and line width in pixels, all multiplied by the
 /// fraction of the cell that is surface, which is the last channel; all 0 in the sky.
-pub(crate) const TONE_IMAGE: TargetKind = TargetKind::storage("tone image", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TONE_IMAGE: TargetKind = TargetKind::storage(
+    "tone image",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Lines.shows("Shaded image in which lines from shading are found"),
+);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {

@@ -7,13 +7,17 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, RecipeSource, Trace};
-use crate::gpu::target::TargetKind;
+use crate::gpu::target::{Group, TargetKind};
 use crate::gpu::wgsl::layers::cuts::{CutFamily, CutRules};
 use crate::style::parameters::{Range, parameters};
 use crate::style::{Color, StyleError};
 
 /// Ink of the families of planes, one family per channel, 0 to 1.
-pub(crate) const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const CUT_INK: TargetKind = TargetKind::storage(
+    "cut ink",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Ink.shows("Ink of cut lines, one family of planes in each channel"),
+);
 
 /// Period modulo which heights above a plane are computed, in metres; small enough for an f32 to resolve millimetres.
 /// Distances between planes are powers of two of a metre (`family_ink` in the shader), so the period is a multiple of

@@ -5,13 +5,17 @@
 use glam::DVec3;
 
 use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, Trace};
-use crate::gpu::target::TargetKind;
+use crate::gpu::target::{Group, TargetKind};
 use crate::gpu::wgsl::layers::height_lines::HeightLineRules;
 use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
 
 /// Ink of contour lines of height, 0 to 1.
-pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
+pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage(
+    "height ink",
+    wgpu::TextureFormat::R32Float,
+    Group::Ink.shows("Ink of contour lines of height"),
+);
 
 /// Every fifth contour line is an index contour, which is wider.
 const LINES_PER_INDEX: f64 = 5.0;

@@ -186,6 +186,16 @@ pub(crate) fn capitalised(words: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
+/// Returns a label as it is written within a sentence; an abbreviation keeps its capital letters.
+#[cfg(any(feature = "window", feature = "headset"))]
+pub(crate) fn uncapitalised(label: &str) -> String {
+    let mut letters = label.chars();
+    match (letters.next(), letters.clone().next()) {
+        (Some(first), Some(second)) if second.is_lowercase() => first.to_lowercase().chain(letters).collect(),
+        _ => label.to_owned(),
+    }
+}
+
 impl ValueKind {
     /// Returns the kind in one to three words, for messages and tables.
     pub(crate) fn name(&self) -> &'static str {

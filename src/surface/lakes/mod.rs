@@ -25,6 +25,7 @@ use crate::gpu::wgsl::shared::map_job::MapJob;
 use crate::gpu::wgsl::shared::shores::{FOUND, JOBS as JOB_COUNT};
 use crate::gpu::wgsl::shared::water_maps::SIDE;
 use crate::tiles::slot_maps::MAPS_AT_ONCE;
+use crate::tiles::terrain::WATER_MAPS;
 use crate::tiles::water_maps::WaterMaps;
 use crate::world::given_water::GivenWater;
 
@@ -116,7 +117,7 @@ pub(crate) fn make(recorder: &mut Recorder<'_>, terrain: &[Named], maps: &WaterM
             squares: recorder.buffer(&SQUARES, bytes / 4),
             arguments: recorder.buffer(&ARGUMENTS, 12 * 4),
             given: given.clone(),
-            water_maps: Resource::Texture("water maps", maps.view().clone()),
+            water_maps: Resource::Texture(WATER_MAPS, maps.view().clone()),
         };
         blocks::run(recorder, &inputs);
         begin::run(recorder, &inputs);

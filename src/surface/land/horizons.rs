@@ -7,6 +7,7 @@ use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 pub(crate) use crate::gpu::wgsl::surface::land::horizons::Horizons as HorizonsUniform;
 use crate::tiles::horizon_maps::{HORIZON_MAP_SIDE, HorizonMaps};
 use crate::tiles::slot_maps::MAPS_AT_ONCE;
+use crate::tiles::terrain::HORIZON_MAPS;
 
 /// The tiles whose maps are computed.
 const JOBS: BufferKind = BufferKind::storage("horizon jobs");
@@ -32,7 +33,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, terrain: &[Named], horizons: &Hor
         let mut resources = vec![
             ("horizons", recorder.uniform("horizons", &uniform)),
             ("jobs", recorder.upload(&JOBS, jobs).binding()),
-            ("horizon_maps", Resource::Texture("horizon maps", maps.view().clone())),
+            ("horizon_maps", Resource::Texture(HORIZON_MAPS, maps.view().clone())),
         ];
         resources.extend(terrain.iter().cloned());
         // The tiles are stacked along y.

@@ -2,11 +2,14 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// [`DISTANCE`](crate::surface::DISTANCE) of models and trees; 0 where land is seen.
-pub(crate) const DISTANCE_OFF_LAND: TargetKind =
-    TargetKind::storage("distance off land", wgpu::TextureFormat::R32Float);
+pub(crate) const DISTANCE_OFF_LAND: TargetKind = TargetKind::storage(
+    "distance off land",
+    wgpu::TextureFormat::R32Float,
+    Group::Surface.shows("Distance of models and trees along the view axis, in metres; 0 elsewhere"),
+);
 
 /// Removes the land from distances. `view` is a `View`, and `distance_off_land` a [`DISTANCE_OFF_LAND`].
 pub(crate) fn run(

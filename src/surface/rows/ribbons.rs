@@ -5,13 +5,14 @@ use super::marks::Marks;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::{Draw, greatest};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::surface::rows::ribbons::{BEHIND, BEHIND_PART};
 
 /// A format of 16 bits, because it is blended, which not every GPU supports for 32-bit floats.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 /// Ink of the rows, 0 to 1.
-pub(crate) const ROW_INK: TargetKind = TargetKind::attachment("row ink", INK_FORMAT);
+pub(crate) const ROW_INK: TargetKind =
+    TargetKind::attachment("row ink", INK_FORMAT, Group::Ink.shows("Ink of rows of hachures"));
 
 const KIND: Draw = Draw {
     colors: [greatest(INK_FORMAT), None, None, None, None],

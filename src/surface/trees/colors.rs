@@ -13,7 +13,7 @@ use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::Target;
+use crate::gpu::target::{Group, Target, TextureName};
 use crate::gpu::wgsl::surface::trees::impostor::PALETTE;
 use crate::scene::Forest;
 use crate::surface::local_color::packed;
@@ -22,7 +22,10 @@ use crate::surface::local_color::packed;
 const VERTEX_COLORS: BufferKind = BufferKind::storage("tree colors");
 /// Hues of the palettes of all species, [`PALETTE`] each.
 const PALETTES: BufferKind = BufferKind::storage("tree palette");
-const COLOR_INDICES: &str = "tree paints";
+const COLOR_INDICES: TextureName = TextureName {
+    name: "tree paints",
+    content: Group::Trees.shows("Pictures of trees from all sides: number in the palette of the species"),
+};
 
 /// The colours of the species of a forest.
 pub(crate) struct TreeColors {
@@ -110,7 +113,7 @@ impl TreeColors {
 fn color_indices<'a>(gpu: &Gpu, species: impl Iterator<Item = &'a SpeciesPictures>) -> wgpu::TextureView {
     let species: Vec<&SpeciesPictures> = species.collect();
     let frame_px = species.first().and_then(|pictures| pictures.color_indices.first()).map_or(1, |(px, _)| *px);
-    let texture = texture(gpu, COLOR_INDICES, wgpu::TextureFormat::R8Uint, [frame_px, species.len() as u32]);
+    let texture = texture(gpu, COLOR_INDICES.name, wgpu::TextureFormat::R8Uint, [frame_px, species.len() as u32]);
     for (layer, pictures) in (0..).zip(species) {
         for (number, (frame_px, color_indices)) in (0..).zip(&pictures.color_indices) {
             write_bytes(gpu, (&texture, layer, number), *frame_px, color_indices);

@@ -2,13 +2,21 @@
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// [`DISTANCE`](crate::surface::DISTANCE) for hatching marks: those of a tree are placed on a plane that faces the eye.
-pub(crate) const MARK_DISTANCE: TargetKind = TargetKind::storage("mark distance", wgpu::TextureFormat::R32Float);
+pub(crate) const MARK_DISTANCE: TargetKind = TargetKind::storage(
+    "mark distance",
+    wgpu::TextureFormat::R32Float,
+    Group::Trees.shows("Distance for hatching marks, for which trees are flat, in metres"),
+);
 /// [`NORMAL_AND_LIGHTNESS`](crate::surface::NORMAL_AND_LIGHTNESS) for hatching marks: a tree has the normal of its rounded body, and a lightness of
 /// −1.
-pub(crate) const MARK_SURFACE: TargetKind = TargetKind::storage("mark surface", wgpu::TextureFormat::Rg32Uint);
+pub(crate) const MARK_SURFACE: TargetKind = TargetKind::storage(
+    "mark surface",
+    wgpu::TextureFormat::Rg32Uint,
+    Group::Trees.shows("Normal for hatching marks, for which crowns are rounded"),
+);
 
 /// Inputs and outputs of the pass.
 pub(crate) struct Inputs<'a> {

@@ -17,7 +17,7 @@ use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
-use crate::gpu::target::Target;
+use crate::gpu::target::{Group, Target, TextureName};
 use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MAX_SPECIES, Species as SpeciesRecord, TreeRules};
 pub(crate) use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, INSTANCES_OF_TREE, MIDDLE, NEAR, TREES_OF_GROUP};
@@ -28,6 +28,12 @@ use crate::scene::view::View;
 use crate::scene::{CoverFiles, Forest, Wind};
 use crate::tiles::Terrain;
 use crate::tiles::water_maps::NO_SEA_M;
+
+/// The rasters of a forest.
+const COVER: TextureName = TextureName {
+    name: "tree cover",
+    content: Group::Trees.shows("Rasters of the forest: share of the ground that trees cover"),
+};
 
 /// Largest number of trees that may be drawn for an eye, and so the capacity of each list. If there would be more,
 /// thinning begins nearer to the eye.
@@ -269,7 +275,7 @@ fn cover_texture(recorder: &mut Recorder<'_>, cover: &Arc<Cover>) -> Named {
         |gpu| Ok::<_, Infallible>(CoverTexture { cover: Arc::clone(cover), view: cover_view(gpu, cover) }),
     );
     let Ok(texture) = made;
-    ("tree_cover", Resource::Texture("tree cover", texture.view.clone()))
+    ("tree_cover", Resource::Texture(COVER, texture.view.clone()))
 }
 
 /// Returns the south-western corner of the rasters, relative to the rig's origin, and their cells per metre.

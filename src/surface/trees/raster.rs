@@ -7,7 +7,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::Buffer;
 use crate::gpu::pipelines::{Draw, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::shared::trees::{MIDDLE, NEAR};
 pub(super) use crate::gpu::wgsl::surface::trees::raster::TreeVertex;
 use crate::surface::local_color::LOCAL_COLOR_FORMAT;
@@ -16,13 +16,18 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Normal of trees, at pixels whose surface id is a tree; undefined elsewhere. The last channel is lightness.
-pub(crate) const TREE_NORMAL: TargetKind = TargetKind::attachment("tree normal", NORMAL_FORMAT);
+pub(crate) const TREE_NORMAL: TargetKind =
+    TargetKind::attachment("tree normal", NORMAL_FORMAT, Group::Trees.shows("Normal and lightness of trees"));
 
 pub(super) const FORM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// xyz: normal of the rounded body that the crown fills; w: how far the plane through the crown's middle that faces the
 /// eye is behind the visible surface, in metres along the view axis. Written where a tree is seen.
-pub(crate) const TREE_FORM: TargetKind = TargetKind::attachment("tree form", FORM_FORMAT);
+pub(crate) const TREE_FORM: TargetKind = TargetKind::attachment(
+    "tree form",
+    FORM_FORMAT,
+    Group::Trees.shows("Normal of the rounded body that the crown of a tree fills"),
+);
 
 /// Shader definitions of trees in wind.
 pub(super) const SWAYING_DEFINITIONS: &[&str] = &["WIND"];

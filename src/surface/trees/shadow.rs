@@ -7,14 +7,15 @@ use super::sway::Swaying;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::{Draw, greatest};
 use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 pub(super) use crate::gpu::wgsl::surface::trees::shadow::CORNERS;
 use crate::surface::DEPTH_FORMAT;
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 /// The share of sunlight that trees block, 0 to 1.
-pub(crate) const TREE_SHADOW: TargetKind = TargetKind::attachment("tree shadow", FORMAT);
+pub(crate) const TREE_SHADOW: TargetKind =
+    TargetKind::attachment("tree shadow", FORMAT, Group::Trees.shows("Share of the sunlight that trees block"));
 
 const STANDING: Draw = Draw {
     // The darkest of overlapping shadows.
@@ -56,7 +57,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
             ("tree_instances", trees.instances.binding()),
             ("tree_order", trees.order_of(trees.list_of_shadows(species as u32)).binding()),
             ("tree_species", placed.species.clone()),
-            ("tree_pictures", Resource::Texture("tree pictures", model.alone.of_species.clone())),
+            ("tree_pictures", Resource::Texture(super::impostor::PICTURES, model.alone.of_species.clone())),
             ("forest", placed.forest.clone()),
             ("surface_id", surface_id.into()),
             ("distance_m", distance.into()),

@@ -7,7 +7,7 @@ use super::place::{IMPOSTOR_PX, MAX_INSTANCES, MIDDLE_PX};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::shared::wind::Sway;
 use crate::gpu::wgsl::surface::trees::sway::SWAY_GROUPS;
 use crate::scene::view::Clock;
@@ -17,7 +17,11 @@ pub(super) const STEP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16F
 
 /// Vector from a part of a tree to its position in the previous frame, in metres, at pixels whose surface id is a tree;
 /// undefined elsewhere.
-pub(crate) const TREE_STEP: TargetKind = TargetKind::attachment("tree step", STEP_FORMAT);
+pub(crate) const TREE_STEP: TargetKind = TargetKind::attachment(
+    "tree step",
+    STEP_FORMAT,
+    Group::Trees.shows("Motion of each part of a tree in the wind since the frame before, in metres"),
+);
 
 /// A [`Sway`] for each tree.
 const SWAYS: BufferKind = BufferKind::storage("tree sways");

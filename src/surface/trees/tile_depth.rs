@@ -2,11 +2,15 @@
 
 use crate::gpu::Gpu;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Group, Target, TargetKind, Targets};
 use crate::gpu::wgsl::shared::tree_depth::TILE_PX;
 
 /// The farthest depth in each tile of 8 × 8 pixels, before trees are drawn.
-pub(crate) const TILE_DEPTH: TargetKind = TargetKind::storage("tile depth", wgpu::TextureFormat::R32Float);
+pub(crate) const TILE_DEPTH: TargetKind = TargetKind::storage(
+    "tile depth",
+    wgpu::TextureFormat::R32Float,
+    Group::Trees.shows("Farthest depth in blocks of 8 × 8 pixels, which hides trees"),
+);
 
 /// Returns the target for the tiles of a picture.
 pub(crate) fn target(gpu: &Gpu, targets: &mut Targets) -> Target {

@@ -51,7 +51,7 @@ impl Bench {
     fn picture<T: bytemuck::Pod>(&self, kind: &TargetKind, size_px: [u32; 2], texels: &[T]) -> Target {
         let kind = TargetKind {
             usage: kind.usage | wgpu::TextureUsages::COPY_DST,
-            ..TargetKind::storage(kind.name, kind.format)
+            ..TargetKind::storage(kind.name, kind.format, kind.content)
         };
         let target = Target::new(&self.gpu, &kind, size_px);
         let [width, height] = size_px;

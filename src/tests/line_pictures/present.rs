@@ -4,7 +4,7 @@
 use hachure::composite::PICTURE;
 use hachure::composite::present::{PresentPass, Shown};
 use hachure::gpu::readback::read;
-use hachure::gpu::target::{Target, TargetKind};
+use hachure::gpu::target::{Group, Target, TargetKind};
 use hachure::picture::{eyes, srgb8};
 use hachure::scene::anaglyph::Glasses;
 
@@ -25,7 +25,11 @@ fn the_window_shows_the_picture() {
     let exact: Vec<[f64; 4]> = texels.iter().map(|texel| texel.map(half::f16::to_f64)).collect();
     for window_px in [SIZE_PX, [2 * SIZE_PX[0], 2 * SIZE_PX[1]], [40, 57]] {
         for format in [wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
-            let window = Target::new(&bench.gpu, &TargetKind::attachment("window", format), window_px);
+            let window = Target::new(
+                &bench.gpu,
+                &TargetKind::attachment("window", format, Group::Whole.shows("The window")),
+                window_px,
+            );
             let mut encoder = bench.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let shown = Shown::One(&picture);
             PresentPass::new(&bench.gpu, format).run(&bench.gpu, &mut encoder, shown, &window.view, window_px);
@@ -79,7 +83,11 @@ fn the_window_shows_two_eyes() {
         let expected = srgb8(&expected);
         let off = |left: &Target, right: &Target| {
             let format = wgpu::TextureFormat::Rgba8Unorm;
-            let window = Target::new(&bench.gpu, &TargetKind::attachment("window", format), window_px);
+            let window = Target::new(
+                &bench.gpu,
+                &TargetKind::attachment("window", format, Group::Whole.shows("The window")),
+                window_px,
+            );
             let mut encoder = bench.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let shown = Shown::Pair { left, right, glasses };
             PresentPass::new(&bench.gpu, format).run(&bench.gpu, &mut encoder, shown, &window.view, window_px);

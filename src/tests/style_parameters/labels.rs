@@ -50,7 +50,8 @@ fn mistakes(section: &str, definitions: &[Definition]) -> Vec<String> {
 /// Returns the sections of styles and recipes: their keys, and the definitions of their values.
 fn sections() -> Vec<(String, Vec<Definition>)> {
     let mut sections = Vec::new();
-    for (name, kind) in [("style", Style::kind()), ("marks", marks::Recipe::kind()), ("texture", texture::Recipe::kind())]
+    for (name, kind) in
+        [("style", Style::kind()), ("marks", marks::Recipe::kind()), ("texture", texture::Recipe::kind())]
     {
         sections.push((name.to_owned(), Vec::new()));
         for parameter in parameters_of(&kind, None) {

@@ -2,15 +2,22 @@
 
 use super::{Inputs, Shared};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind};
+use crate::gpu::target::{Group, Target, TargetKind};
 
 /// xy: the gradient of inverse depth, in 1/m; z: inverse depth, in 1/m; w: the standard deviation of the blur, and
 /// whether the neighbourhood is one surface, packed as by `packed` in `shaders/shared/relief.wgsl`. All 0 where there
 /// is no relief.
-pub(crate) const DEPTH_GRADIENT: TargetKind = TargetKind::storage("depth gradient", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const DEPTH_GRADIENT: TargetKind = TargetKind::storage(
+    "depth gradient",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Tones.shows("Gradient of depth, whose curvature emphasises relief"),
+);
 /// [`DEPTH_GRADIENT`] between steps of the blur.
-pub(crate) const BLURRED_GRADIENT: TargetKind =
-    TargetKind::storage("blurred gradient", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const BLURRED_GRADIENT: TargetKind = TargetKind::storage(
+    "blurred gradient",
+    wgpu::TextureFormat::Rgba32Float,
+    Group::Tones.shows("Gradient of depth during its blur"),
+);
 
 /// Computes the gradient at the visible surface.
 pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Shared, depth_gradient: &Target) {

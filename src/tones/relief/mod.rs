@@ -20,7 +20,7 @@ pub(crate) mod surroundings;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::target::{Target, TargetKind, Targets};
+use crate::gpu::target::{Group, Target, TargetKind, Targets};
 pub(crate) use crate::gpu::wgsl::shared::relief::ReliefRules;
 use crate::scene::Light;
 use crate::scene::focus::FocusUniform;
@@ -29,7 +29,11 @@ use crate::style::{Relief, ReliefKind, Style};
 use crate::tones::light::LightUniform;
 
 /// rgb: the colour of the light, of luminance 1; a: the requested tone.
-pub(crate) const RELIEF_LIGHT: TargetKind = TargetKind::storage("relief light", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const RELIEF_LIGHT: TargetKind = TargetKind::storage(
+    "relief light",
+    wgpu::TextureFormat::Rgba16Float,
+    Group::Tones.shows("Colour of the light that emphasises relief, and the requested tone"),
+);
 
 /// `ReliefRules` are not a uniform, since passes already have three of these (`docs/decisions/software-drivers.md`).
 const RULES: BufferKind = BufferKind::storage("relief rules");

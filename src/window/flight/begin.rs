@@ -25,6 +25,7 @@ use crate::window::export::ExportDialog;
 use crate::window::fly_camera::FlyCamera;
 use crate::window::gallery::Gallery;
 use crate::window::gallery::thumbnails::Thumbnails;
+use crate::window::help::KeysWindow;
 use crate::window::input::Input;
 use crate::window::inspector::Inspector;
 use crate::window::light::LightPanel;
@@ -92,6 +93,7 @@ impl Flight {
             path_of_opening: None,
             open_dialog: OpenDialog::default(),
             export_dialog: ExportDialog::default(),
+            keys_window: KeysWindow::default(),
             exports: Vec::new(),
             ended: works::EndedWorks::default(),
             set_values: None,

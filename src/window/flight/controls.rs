@@ -145,6 +145,7 @@ impl Flight {
             Action::GoTo => self.navigation.go_to.open(),
             Action::Open => self.toggle_open_dialog(),
             Action::Export => self.toggle_export(),
+            Action::ToggleKeys => self.keys_window.toggle(),
             Action::FullScreen => {
                 let full = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
                 self.window.set_fullscreen(full);
@@ -154,6 +155,7 @@ impl Flight {
                 self.stale = true;
             }
             Action::Escape if self.welcomes => self.end_welcome(),
+            Action::Escape if self.keys_window.is_open() => self.keys_window.toggle(),
             Action::Escape if self.open_dialog.is_open() => self.open_dialog.close(),
             Action::Escape if self.export_dialog.is_open() => self.export_dialog.close(),
             Action::Escape if self.gallery.is_open => self.toggle_gallery(),

@@ -29,6 +29,8 @@ struct Requests {
     answer: Option<(Question, bool)>,
     /// A place that was typed.
     typed: Option<String>,
+    /// Coordinates that were copied.
+    copied_place: Option<String>,
     /// Choices in the gallery.
     choices: Vec<Choice>,
     /// A request in the dialog that opens files.
@@ -86,8 +88,7 @@ impl Flight {
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
         let mut requests = Requests::default();
         let (words, projection) = self.navigation.words(self.world.surfaces.exaggeration());
-        let (words, projection) =
-            (if self.dock.is_shown(Pane::Flight) { words } else { Vec::new() }, projection.map(str::to_owned));
+        let projection = projection.map(str::to_owned);
         let exports = self.exports.iter().map(|run| &*run.work);
         let works: Vec<&works::BackgroundTask> =
             self.world_being_opened.iter().map(|opening| &*opening.work).chain(exports).collect();
@@ -143,10 +144,12 @@ impl Flight {
             let go_to = &mut self.navigation.go_to;
             let typed = status::show(context, free, &words, projection.as_deref(), go_to);
             requests.typed = typed.or(requests.typed.take());
+            requests.copied_place = status::copy(context, &words).or(requests.copied_place.take());
             let left = egui::Rect::from_min_max(window.min, egui::pos2(free.left(), window.bottom()));
             let right = egui::Rect::from_min_max(egui::pos2(free.right(), window.top()), window.max);
             let covers = |side: &egui::Rect| side.width() > 0.0;
             toasts::show(context, &self.toasts, Some(left).filter(covers), Some(right).filter(covers), free.bottom());
+            self.keys_window.show(context);
             requests.closes_welcome |= self.welcomes && welcome::show(context);
         });
         self.overlay.set_docked(self.dock.rects());
@@ -156,8 +159,22 @@ impl Flight {
     }
 
     fn carry_out(&mut self, requests: Requests, settings_before: &Settings, camera_before: &FlyCamera) {
-        let Requests { panel: requests, edits, answer, typed, choices, opens, work, exported, path, closes_welcome } =
-            requests;
+        if let Some(place) = &requests.copied_place {
+            self.say(About::Edit, format!("Copied {place}"), TOAST / 2);
+        }
+        let Requests {
+            panel: requests,
+            edits,
+            answer,
+            typed,
+            copied_place: _,
+            choices,
+            opens,
+            work,
+            exported,
+            path,
+            closes_welcome,
+        } = requests;
         if closes_welcome {
             self.end_welcome();
         }

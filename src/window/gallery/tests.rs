@@ -9,6 +9,7 @@ use egui_kittest::kittest::Queryable;
 
 use super::thumbnails::{Scene, Textures, Thumbnails};
 use super::{Choice, Gallery, families};
+use crate::gpu::target::Group;
 use crate::gpu::{Gpu, Target};
 use crate::internals::read;
 use crate::studio::favourites::{COUNT, Favourites};
@@ -86,12 +87,36 @@ fn every_widget_has_a_name_of_its_own() {
         assert!(repeated(harness).is_empty(), "{:?}", repeated(harness));
         focusable(harness).len()
     };
-    // The cells and the button that closes.
-    assert_eq!(has_names(&harness), names().len() + 1);
+    // The cells, the search, and the button that closes.
+    assert_eq!(has_names(&harness), names().len() + 2);
     harness.get_by_label("Style night").click_secondary();
     harness.run();
     // The favourites of the menu, and none.
-    assert_eq!(has_names(&harness), names().len() + 1 + COUNT + 1);
+    assert_eq!(has_names(&harness), names().len() + 2 + COUNT + 1);
+}
+
+#[test]
+fn a_search_finds_names_descriptions_and_families() {
+    let cells = |harness: &Harness<'_, Bench>| -> Vec<&'static str> {
+        names().into_iter().filter(|name| harness.query_by_label(&format!("Style {name}")).is_some()).collect()
+    };
+    let search = |words: &str| {
+        let mut harness = open();
+        assert_eq!(cells(&harness).len(), names().len());
+        harness.get_by_label("Search styles").click();
+        harness.run();
+        harness.get_by_label("Search styles").type_text(words);
+        harness.run();
+        cells(&harness)
+    };
+    assert_eq!(search("HOKUSAI"), ["hokusai"], "a name");
+    let baselines = search("baselines");
+    assert!(baselines.len() == 3 && baselines.contains(&"roystan"), "a family: {baselines:?}");
+    let style = crate::style::Style::load("wash").unwrap();
+    assert!(search(&style.description).contains(&"wash"), "a description: {}", style.description);
+    assert!(search("baselines hokusai").is_empty(), "all words must be found");
+    // Planted: words that no style has.
+    assert!(search("no such style").is_empty());
 }
 
 /// Counts the textures of a panel.
@@ -116,7 +141,8 @@ impl Textures for Counted {
 /// Returns the bytes of a thumbnail.
 fn bytes(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
     let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let target = Target { name: "thumbnail", texture: texture.clone(), view };
+    let target =
+        Target { name: "thumbnail", content: Group::Whole.shows("A thumbnail"), texture: texture.clone(), view };
     read(gpu, &target, [0, 0], target.size_px()).unwrap()
 }
 

@@ -14,6 +14,8 @@ const SLIDER_WIDTH: f32 = 150.0;
 /// Adds a slider for each control. A double click on its name, or Backspace, returns it to the middle.
 pub(super) fn show(ui: &mut Ui, document: &StyleDocument, edits: &mut Vec<Edit>) {
     ui.separator();
+    let heading = RichText::new("Whole style").strong();
+    ui.label(heading).on_hover_text("Each of these changes several parameters of the style");
     for control in Control::ALL {
         ui.push_id(control.name(), |ui| ui.horizontal(|ui| slider(ui, document, control, edits)));
     }

@@ -295,7 +295,8 @@ fn a_selected_layer_is_moved_into_view() {
         rect.is_some_and(|rect| rect.top() > 0.0 && rect.bottom() < 540.0)
     };
     assert!(!is_visible(&harness, "Light: Wrap of light"));
-    for (key, name) in [("light", "Light: Wrap of light"), ("hatching", "Hatching: Hide"), ("strokes", "Strokes: Hide")] {
+    for (key, name) in [("light", "Light: Wrap of light"), ("hatching", "Hatching: Hide"), ("strokes", "Strokes: Hide")]
+    {
         harness.state_mut().inspector.select(key.to_owned());
         harness.run();
         assert!(is_visible(&harness, name), "{key}");

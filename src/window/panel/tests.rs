@@ -109,6 +109,33 @@ fn strokes_over_the_limit_are_a_warning() {
     assert!(performance_texts(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
 }
 
+#[test]
+fn every_row_has_one_value() {
+    let texts = performance_texts(None);
+    let has_two = |text: &str| text.contains(", ") && text != "Frame time, median" && text != "Frame time, 95 %";
+    let several: Vec<&String> = texts.iter().map(|(text, _)| text).filter(|text| has_two(text)).collect();
+    assert!(several.is_empty(), "{several:?}");
+    for wanted in ["Frame time, median", "Frame time, 95 %", "Tiles loaded", "Tiles missing", "Triangles", "Patches"] {
+        assert!(texts.iter().any(|(text, _)| text == wanted), "{wanted}: {texts:?}");
+    }
+    // Planted: a row of two values is found.
+    assert!(has_two("Tiles loaded, missing"));
+}
+
+#[test]
+fn light_and_land_are_open_at_first() {
+    let harness = open();
+    // `open` clicks on the titles of the sections that are closed.
+    for wanted in ["Sun azimuth", "Sea level", "Tiles loaded"] {
+        assert!(harness.query_all_by_label(wanted).next().is_some(), "{wanted}");
+    }
+    // Planted: a click on an open section closes it.
+    let mut harness = harness;
+    harness.get_by_label("Light").click();
+    harness.run();
+    assert!(harness.query_all_by_label("Sun azimuth").next().is_none());
+}
+
 struct Bench {
     settings: Settings,
     camera: FlyCamera,
@@ -148,7 +175,7 @@ fn open() -> Harness<'static, Bench> {
         bench,
     );
     harness.run();
-    for section in ["Light", "Land", "Keys"] {
+    for section in ["Performance", "Keys"] {
         harness.get_by_label(section).click();
         harness.run();
     }

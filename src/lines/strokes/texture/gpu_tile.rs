@@ -7,7 +7,14 @@ use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
 use crate::gpu::recorder::Recorder;
+use crate::gpu::target::{Group, TextureName};
 use crate::style::texture::Recipe;
+
+/// The tile of a stroke texture.
+const TEXTURE: TextureName = TextureName {
+    name: "stroke texture",
+    content: Group::Strokes.shows("Tile of the stroke texture: pigment, and the pressure at which it takes ink"),
+};
 
 /// Pigment and threshold.
 pub const TILE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rg8Unorm;
@@ -81,7 +88,7 @@ impl StrokeTexture {
     pub fn resources(&self) -> [Named; 3] {
         [
             ("brush", self.brush.binding()),
-            ("brush_tile", Resource::Texture("stroke texture", self.view.clone())),
+            ("brush_tile", Resource::Texture(TEXTURE, self.view.clone())),
             ("brush_sampler", Resource::Sampler(self.sampler.clone())),
         ]
     }
