@@ -17,8 +17,8 @@ use crate::world::{self, WorldError};
 /// The world that is drawn.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct WorldArgs {
-    /// Scene file, DEM, folder, baked pyramid, model (OBJ), URL, or built-in scene (continent, forest, hut) [default: the
-    /// built-in world, procedural mountains]
+    /// Scene file, DEM, folder, baked pyramid, model (OBJ), URL, or built-in scene (continent, continent_small, forest,
+    /// hut) [default: the built-in world, procedural mountains]
     #[arg(id = "world", value_name = "WORLD")]
     pub name: Option<String>,
     /// How to read height files.

@@ -36,8 +36,6 @@ pub struct Content {
 /// A heading of the list of pictures, in the order of that list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Group {
-    /// The picture, its samples and the sky.
-    Whole,
     /// The ink of layers.
     Ink,
     /// What is seen at each pixel.
@@ -52,6 +50,8 @@ pub enum Group {
     Tones,
     /// Trees.
     Trees,
+    /// The picture, its samples and the sky.
+    Whole,
 }
 
 impl Group {

@@ -1,13 +1,13 @@
 //! The window of keys: all of them by what they are for. `F1` opens it.
 
-use egui::{Align2, Grid, Key, RichText, Ui};
+use egui::{Align2, Grid, Key, RichText, Ui, vec2};
 
 use super::keys;
 
 /// Distance from the border of the window in points.
 const MARGIN: f32 = 16.0;
 /// Width of a column in points.
-const COLUMN: f32 = 290.0;
+const COLUMN: f32 = 330.0;
 
 /// The window of keys.
 #[derive(Debug, Default)]
@@ -36,7 +36,9 @@ impl KeysWindow {
         let columns = ((free.width() / COLUMN) as usize).clamp(1, 2);
         let window = egui::Window::new("Keys").id(egui::Id::unique("keys window")).collapsible(false).resizable(false);
         let window = window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).order(egui::Order::Foreground).title_bar(false);
-        window.show(context, |ui| {
+        let size = vec2((columns as f32 * COLUMN).min(free.width()), free.height());
+        window.fixed_size(size).show(context, |ui| {
+            ui.set_width(size.x);
             ui.horizontal(|ui| {
                 ui.label(RichText::new("Keys").heading().strong());
                 let button = ui.button("Close").on_hover_text("Close this window (Esc, F1)");
@@ -46,10 +48,13 @@ impl KeysWindow {
             });
             ui.separator();
             let tallest = (free.height() - 60.0).max(60.0);
-            egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
+            egui::ScrollArea::vertical().max_height(tallest).auto_shrink([false, true]).show(ui, |ui| {
                 ui.horizontal_top(|ui| {
                     for part in keys::HELP.chunks(keys::HELP.len().div_ceil(columns)) {
-                        ui.vertical(|ui| part.iter().for_each(|group| add_group(ui, group)));
+                        ui.vertical(|ui| {
+                            ui.set_width(size.x / columns as f32 - 2.0 * MARGIN);
+                            part.iter().for_each(|group| add_group(ui, group));
+                        });
                     }
                 });
             });
@@ -64,7 +69,7 @@ impl KeysWindow {
 /// Adds the keys of a group below its heading.
 fn add_group(ui: &mut Ui, group: &keys::Group) {
     ui.label(RichText::new(group.heading).strong());
-    Grid::new(group.heading).num_columns(2).min_col_width(110.0).spacing([12.0, 2.0]).show(ui, |ui| {
+    Grid::new(group.heading).num_columns(2).min_col_width(140.0).spacing([12.0, 2.0]).show(ui, |ui| {
         for (keys, action) in group.keys {
             ui.label(RichText::new(*keys).monospace());
             ui.label(*action);

@@ -17,6 +17,9 @@ use crate::studio::rows::{layer_definitions, title};
 use crate::style::Style;
 use crate::style::parameters::uncapitalised;
 
+/// Indentation of the sentence below a name, as that of the name.
+const INDENT: egui::Margin = egui::Margin { left: 8, right: 0, top: 0, bottom: 2 };
+
 /// A picture of the frame that can be shown instead of the drawing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum FramePicture {
@@ -81,7 +84,8 @@ pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: 
             selected: FramePicture::Ink(layer),
             group: Group::Ink,
             label: format!("Ink of {}", uncapitalised(&title(&style.layers.key(layer)))),
-            sentence: definition.map_or_else(String::new, |definition| definition.help.to_owned()),
+            sentence: definition
+                .map_or_else(String::new, |definition| definition.help.trim_end_matches('.').to_owned()),
             help: "How much of each pixel the layer covers, before haze".to_owned(),
         }
     });
@@ -264,7 +268,8 @@ impl PictureViewer {
                         if ui.selectable_label(is_shown, label).on_hover_text(help).clicked() {
                             chosen = Some((!is_shown).then(|| selected.clone()));
                         }
-                        ui.add(egui::Label::new(RichText::new(sentence).weak().small()).wrap());
+                        let sentence = egui::Label::new(RichText::new(sentence).weak().small()).wrap();
+                        egui::Frame::new().inner_margin(INDENT).show(ui, |ui| ui.add(sentence));
                     }
                 });
             }

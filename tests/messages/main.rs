@@ -7,6 +7,7 @@ mod errors;
 mod foreign;
 mod misuse;
 mod toml;
+mod warnings;
 
 use std::fs;
 use std::path::PathBuf;

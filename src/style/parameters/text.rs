@@ -142,7 +142,10 @@ fn known<T: Setting>(key: &str) -> Result<(), String> {
     if keys.contains(&bare(key)) {
         return Ok(());
     }
-    let meant = did_you_mean(&bare(key), keys.iter().map(String::as_str));
+    let mut meant = did_you_mean(&bare(key), keys.iter().map(String::as_str));
+    if meant.is_empty() {
+        meant = "; hachure styles show NAME --all lists the keys of a style".to_owned();
+    }
     Err(format!("there is no parameter {}{meant}", shown(key)))
 }
 
@@ -226,6 +229,7 @@ mod tests {
             ("strokes", "x.toml:5:1: there is no parameter strokes"),
             ("hatching.sets[2].from", "x.toml:10:3: hatching.layers[2].from: the list has no such entry"),
             ("", "x.toml: there is no parameter "),
+            ("qqqq", "x.toml: there is no parameter qqqq; hachure styles show NAME --all lists the keys of a style"),
         ] {
             let error = set(key, 1.into()).unwrap_err();
             assert!(error.starts_with(words), "{error}");
