@@ -37,7 +37,7 @@ impl KeysWindow {
         let window = egui::Window::new("Keys").id(egui::Id::unique("keys window")).collapsible(false).resizable(false);
         let window = window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).order(egui::Order::Foreground).title_bar(false);
         let size = vec2((columns as f32 * COLUMN).min(free.width()), free.height());
-        window.fixed_size(size).show(context, |ui| {
+        window.fixed_size(size).fade_in(false).fade_out(false).show(context, |ui| {
             ui.set_width(size.x);
             ui.horizontal(|ui| {
                 ui.label(RichText::new("Keys").heading().strong());
@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn all_keys_are_listed_by_group() {
-        let harness = open(egui::vec2(960.0, 720.0));
+        let harness = open(vec2(960.0, 720.0));
         let mut count = 0;
         for group in keys::HELP {
             assert!(harness.query_by_label(group.heading).is_some(), "{}", group.heading);
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn the_window_fits_and_closes() {
-        for size in [egui::vec2(1280.0, 800.0), egui::vec2(640.0, 360.0), egui::vec2(320.0, 200.0)] {
+        for size in [vec2(1280.0, 800.0), vec2(640.0, 360.0), vec2(320.0, 200.0)] {
             let mut harness = open(size);
             let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size);
             let button = harness.get_by_label("Close the keys").rect();

@@ -42,6 +42,8 @@ fn misuse_gives_an_error_of_one_line() {
         (&svg, &["--paper", "a4", "--margin", "200"], &["--margin 200"]),
         (&svg, &["--tolerance-px", "0"], &["--tolerance-px", "0.01"]),
         (&render, &["--margin", "4"], &["--margin", ".svg"]),
+        (&render, &["--set", "strokes.widht_px=2"], &["--set", "strokes.widht_px; did you mean \"strokes.width_px\"?"]),
+        (&render, &["--set", "qqqq=1"], &["no parameter qqqq; hachure styles show NAME --all lists the keys"]),
         (&render, &["--style", "inc"], &["inc: no such style; did you mean \"ink\"?"]),
         (&render, &["--style", "oil"], &["oil: no such style", "hachure styles"]),
         (&render, &["--style"], &["--style", "needs a value"]),

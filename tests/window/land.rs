@@ -31,7 +31,7 @@ fn changes_of_the_land_in_a_row_are_in_the_picture() {
     let (_program, window) = open_with(&display, folder, &environment, &arguments);
     let person = Person { display: &display, window, widgets, frame: Duration::from_millis(300) };
     person.find("ComboBox", "Drawn style");
-    for section in ["Camera", "Performance", "Land"] {
+    for section in ["Camera", "Light"] {
         person.click("DisclosureTriangle", section);
     }
 

@@ -161,6 +161,7 @@ impl Flight {
     fn carry_out(&mut self, requests: Requests, settings_before: &Settings, camera_before: &FlyCamera) {
         if let Some(place) = &requests.copied_place {
             self.say(About::Edit, format!("Copied {place}"), TOAST / 2);
+            self.needs_relayout = true;
         }
         let Requests {
             panel: requests,
