@@ -31,8 +31,10 @@ fn changes_of_the_land_in_a_row_are_in_the_picture() {
     let (_program, window) = open_with(&display, folder, &environment, &arguments);
     let person = Person { display: &display, window, widgets, frame: Duration::from_millis(300) };
     person.find("ComboBox", "Drawn style");
-    for section in ["Camera", "Light"] {
+    for (section, within) in [("Camera", "Clearance"), ("Light", "Sun azimuth")] {
         person.click("DisclosureTriangle", section);
+        // What is below moves until the section is closed.
+        until("a closed section", || person.see("Slider", within).is_none().then_some(()));
     }
 
     // The sea rises while the slider is held.
@@ -40,10 +42,15 @@ fn changes_of_the_land_in_a_row_are_in_the_picture() {
     let sea = || person.find("Slider", "Sea level");
     let before = sea();
     let [x, y] = Person::middle(&before);
-    person.point([x, y]);
-    display.key(&["mousedown", "1"]);
-    person.point([x + 10.0, y]);
-    until("the sea", || Some(sea()).filter(|now| now.value != before.value));
+    // In a slow frame the slider may not be enabled yet; then it is dragged again.
+    until("the sea", || {
+        display.key(&["mouseup", "1"]);
+        person.point([x, y]);
+        display.key(&["mousedown", "1"]);
+        person.point([x + 10.0, y]);
+        std::thread::sleep(Duration::from_secs(1));
+        Some(sea()).filter(|now| now.value != before.value)
+    });
     display.key(&["mouseup", "1"]);
 
     person.click("CheckBox", "Trees");
