@@ -2,7 +2,9 @@
 //! report of a benchmark, comparison of pictures and of frames.
 
 pub(crate) mod comparison;
+pub(crate) mod exactness;
 pub(crate) mod figures;
+pub(crate) mod front;
 pub mod image_compare;
 pub(crate) mod lod_error;
 pub(crate) mod memory;
@@ -14,4 +16,5 @@ pub(crate) mod settings;
 pub(crate) mod statistics;
 pub mod stereo;
 pub mod temporal;
+pub(crate) mod trade;
 pub(crate) mod work;

@@ -106,6 +106,16 @@ pub(crate) struct Run {
     pub temporal: Option<Metrics>,
     /// Agreement of the two eyes: [`super::stereo::StereoTotals::metrics`].
     pub stereo: Option<Metrics>,
+    /// The values of `--sweep` with which the style was drawn, by their keys; empty for the style as it is.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub setting: BTreeMap<String, String>,
+    /// Exactness against a converged reference: [`super::exactness::ExactnessTotals::metrics`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exactness: Option<Metrics>,
+    /// Whether no other setting of the style is better in one respect and as good in all ([`super::trade`]); null without
+    /// `--sweep`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub is_on_front: Option<bool>,
 }
 
 /// A pass of the frame: all runs of a named shader.

@@ -1,0 +1,183 @@
+//! The trade of speed for exactness: the settings of a style that were measured, their costs and errors, and their front.
+
+use super::front;
+use super::report::{Metrics, Run};
+
+/// A column of the trade: heading, value, decimals, and the least difference that counts when settings are compared.
+struct Column {
+    head: &'static str,
+    value: fn(&Run) -> Option<f64>,
+    least: f64,
+}
+
+/// The errors that are compared, of which less is better.
+const ERRORS: [Column; 5] = [
+    Column { head: "lines lost %", value: |run| Some(100.0 * (1.0 - exactness(run, "line_recall")?)), least: 0.05 },
+    Column { head: "lines added %", value: |run| Some(100.0 * (1.0 - exactness(run, "line_precision")?)), least: 0.05 },
+    Column { head: "tone error %", value: |run| Some(100.0 * exactness(run, "tone_error")?), least: 0.02 },
+    Column { head: "surface error px", value: |run| exactness(run, "surface_error_px"), least: 0.05 },
+    Column { head: "flicker %", value: |run| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?), least: 0.05 },
+];
+
+/// What a frame costs, for the front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cost {
+    /// Median GPU time, in milliseconds.
+    GpuMs,
+    /// Bytes that the passes read and write, in gigabytes: the time of a software driver says nothing about a GPU.
+    Gigabytes,
+}
+
+impl Cost {
+    /// Heading of its column.
+    pub(crate) fn head(self) -> &'static str {
+        match self {
+            Self::GpuMs => "GPU ms",
+            Self::Gigabytes => "GB moved",
+        }
+    }
+
+    /// Returns the cost of a run; `None` if it was not measured.
+    pub(crate) fn of(self, run: &Run) -> Option<f64> {
+        match self {
+            Self::GpuMs => run.busy.as_ref().map(|busy| busy.gpu_ms.p50).or(run.gpu_ms.map(|gpu_ms| gpu_ms.p50)),
+            Self::Gigabytes => run.work.map(|work| work.bytes() as f64 / 1e9),
+        }
+    }
+}
+
+/// One style with its settings, of which the first is the style as it is.
+pub(crate) struct Trade<'a> {
+    pub runs: Vec<&'a Run>,
+    pub cost: Cost,
+}
+
+/// A table: its headings, and the cells of each row.
+pub(crate) type Table = (Vec<String>, Vec<Vec<String>>);
+
+impl<'a> Trade<'a> {
+    /// Returns the styles of a report that were drawn with several settings. `is_software` says that times are those of
+    /// the processor.
+    pub(crate) fn all(runs: &'a [Run], is_software: bool) -> Vec<Self> {
+        let cost = if is_software { Cost::Gigabytes } else { Cost::GpuMs };
+        let mut trades: Vec<Self> = Vec::new();
+        for run in runs {
+            match trades.last_mut().filter(|_| !run.setting.is_empty()) {
+                Some(trade) => trade.runs.push(run),
+                None => trades.push(Self { runs: vec![run], cost }),
+            }
+        }
+        trades.retain(|trade| trade.runs.len() > 1);
+        trades
+    }
+
+    /// Returns whether each setting is on the front of cost and errors. An error that was measured for none of them, such
+    /// as that of lines in a style without lines, does not count.
+    pub(crate) fn on_front(&self) -> Vec<bool> {
+        let columns: Vec<&Column> = self.columns().collect();
+        let point = |run: &&Run| {
+            std::iter::once(self.cost.of(run)).chain(columns.iter().map(|column| (column.value)(run))).collect()
+        };
+        let points: Vec<Vec<Option<f64>>> = self.runs.iter().map(point).collect();
+        let least: Vec<f64> = std::iter::once(0.0).chain(columns.iter().map(|column| column.least)).collect();
+        front::on_front(&points, &least)
+    }
+
+    fn columns(&self) -> impl Iterator<Item = &'static Column> {
+        ERRORS.iter().filter(|column| self.runs.iter().any(|run| (column.value)(run).is_some()))
+    }
+
+    /// Returns the settings as a table, with the cost relative to the first of them, and `front` where one is on it.
+    pub(crate) fn table(&self) -> Table {
+        let columns: Vec<&Column> = self.columns().collect();
+        let first = self.runs.first().and_then(|run| self.cost.of(run));
+        let heads = ["setting", self.cost.head(), "÷ first"].into_iter().chain(columns.iter().map(|column| column.head));
+        let heads = heads.chain(["front"]).map(str::to_owned).collect();
+        let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"));
+        let rows = self.runs.iter().zip(self.on_front()).map(|(run, is_on_front)| {
+            let cost = self.cost.of(run);
+            let ratio = cost.zip(first).map(|(cost, first)| cost / first);
+            let errors = columns.iter().map(|column| number((column.value)(run), 2));
+            [setting_words(run), number(cost, 3), number(ratio, 3)]
+                .into_iter()
+                .chain(errors)
+                .chain([if is_on_front { "front" } else { "" }.to_owned()])
+                .collect()
+        });
+        (heads, rows.collect())
+    }
+}
+
+/// Returns the setting of a run in words.
+pub(crate) fn setting_words(run: &Run) -> String {
+    if run.setting.is_empty() {
+        return format!("{} as it is", run.style);
+    }
+    run.setting.iter().map(|(key, value)| format!("{key}={value}")).collect::<Vec<_>>().join(" ")
+}
+
+/// Fills in for each run of a report whether it is on the front of its style.
+pub(crate) fn fill(runs: &mut [Run], is_software: bool) {
+    let fronts: Vec<Vec<bool>> = Trade::all(runs, is_software).iter().map(Trade::on_front).collect();
+    let mut fronts = fronts.into_iter();
+    let mut index = 0;
+    while index < runs.len() {
+        let length = 1 + runs[index + 1..].iter().take_while(|run| !run.setting.is_empty()).count();
+        if length > 1 {
+            let front = fronts.next().unwrap_or_default();
+            for (run, is_on_front) in runs[index..index + length].iter_mut().zip(front) {
+                run.is_on_front = Some(is_on_front);
+            }
+        }
+        index += length;
+    }
+}
+
+fn exactness(run: &Run, name: &str) -> Option<f64> {
+    metric(run.exactness.as_ref(), name)
+}
+
+fn metric(metrics: Option<&Metrics>, name: &str) -> Option<f64> {
+    *metrics?.get(name)?
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::work::FrameWork;
+
+    fn run(setting: &str, gigabytes: f64, recall: f64) -> Run {
+        let setting = setting.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let metrics = [("line_recall", recall), ("line_precision", 1.0), ("tone_error", 0.01)];
+        Run {
+            style: "ink".to_owned(),
+            setting: setting.into_iter().collect(),
+            work: Some(FrameWork { bytes_read: (gigabytes * 1e9) as u64, ..FrameWork::default() }),
+            exactness: Some(metrics.map(|(name, value)| (name.to_owned(), Some(value))).into()),
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn each_style_has_its_own_front() {
+        let mut runs = vec![
+            run("", 1.0, 0.99),
+            run("lod-error=4", 0.5, 0.9),
+            // Planted: dearer than the style as it is, and less exact.
+            run("lod-error=2", 1.2, 0.95),
+            run("", 3.0, 0.99),
+            run("scale=0.5", 2.0, 0.99),
+        ];
+        fill(&mut runs, true);
+        let front: Vec<Option<bool>> = runs.iter().map(|run| run.is_on_front).collect();
+        assert_eq!(front, [true, true, false, false, true].map(Some));
+        let trades = Trade::all(&runs, true);
+        let (heads, rows) = trades[0].table();
+        assert!(heads.contains(&"lines lost %".to_owned()) && !heads.contains(&"flicker %".to_owned()), "{heads:?}");
+        assert_eq!(rows[1], ["lod-error=4", "0.500", "0.500", "10.00", "0.00", "1.00", "front"].map(str::to_owned));
+        // Without sweeps there is no trade.
+        let mut alone = vec![run("", 1.0, 0.99), run("", 3.0, 0.99)];
+        fill(&mut alone, true);
+        assert!(alone.iter().all(|run| run.is_on_front.is_none()) && Trade::all(&alone, true).is_empty());
+    }
+}
