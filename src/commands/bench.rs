@@ -9,10 +9,12 @@
 //! drawing is from that frame to the next ([`crate::measure::temporal`]).
 
 mod again;
+mod against_reference;
 mod pairs;
 mod passes;
 pub(crate) mod portable;
 mod style_run;
+mod sweep;
 
 use std::path::{Path, PathBuf};
 
@@ -21,6 +23,7 @@ use clap::Args;
 
 use self::pairs::{Checks, PairPlan};
 use self::style_run::StyleRun;
+use self::sweep::{Sweep, Variant};
 use super::arguments;
 use super::progress::Bar;
 use super::render::parse_size;
@@ -38,9 +41,11 @@ use crate::measure::report_html::{is_page, write_html};
 use crate::measure::report_text;
 use crate::measure::settings::{Settings, program_crc32};
 use crate::measure::statistics::{RunFrames, is_frames_csv, write_frames_csv};
+use crate::measure::trade;
 use crate::scene::path::CameraPath;
 use crate::scene::ranges;
 use crate::source::Progress;
+use crate::style::Style;
 use crate::world::{self, OpenWorld, path_fit};
 
 /// Largest number of a run's frames that are compared with the full-resolution heights.
@@ -71,6 +76,11 @@ pub(crate) struct BenchArgs {
     /// of the first
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
+    /// Values to try, of a parameter of the styles or of lod-error, antialias or scale (of the picture's size): measures each
+    /// style as it is and with each value, and how exact each is against a converged reference. May be repeated: each value
+    /// is tried with each value of the others
+    #[arg(long, value_name = "KEY=VALUE,…", conflicts_with = "real_time")]
+    pub sweep: Vec<Sweep>,
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]
     #[arg(long, value_parser = arguments::whole::<u32>(1, 1_000_000))]
     pub frames: Option<u32>,
@@ -121,7 +131,9 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     if args.output.exists() && !args.output.is_dir() {
         bail!("{}: is a file, and bench writes its report into a folder", named(&args.output));
     }
-    let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
+    sweep::check(args)?;
+    let variants = args.styles.iter().map(|name| Variant::all(args, name)).collect::<Result<Vec<_>, _>>()?;
+    let styles: Vec<Style> = variants.iter().flatten().map(|variant| variant.style.clone()).collect();
     args.world.check()?;
     // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
     // once: it may be a pipe.
@@ -142,7 +154,9 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     drop(world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error))?);
     let gpu = Gpu::open(adapter)?;
     world::store_pipelines(&gpu);
-    let runs = styles.into_iter().map(|style| StyleRun::new(&gpu, args, &scene, style));
+    let settings_of_style = variants.first().map_or(1, Vec::len);
+    let variants = variants.into_iter().flatten();
+    let runs = variants.map(|variant| StyleRun::new(&gpu, variant, args.tile_memory, &scene));
     let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
     runs[0].world.ground_was_read()?;
@@ -154,18 +168,25 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     }
     place_eyes(&gpu, &path, args, &mut runs)?;
     fly(&gpu, &path, args, &mut runs)?;
+    if !args.sweep.is_empty() {
+        for (name, runs) in args.styles.iter().zip(runs.chunks_mut(settings_of_style)) {
+            against_reference::measure(&gpu, args, &scene, &path, name, runs)?;
+        }
+    }
 
     let mut report = Report {
         adapter: gpu.description(),
+        is_software: gpu.is_software(),
         size_px: args.size,
         world: world_size(&runs[0].world),
         settings: Some(settings(args, &path, &path_text)),
         runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
         comparison: None,
     };
+    trade::fill(&mut report);
     let frames: Vec<RunFrames> = runs
         .into_iter()
-        .map(|run| RunFrames { style: run.style.name, eyes: args.stereo.eyes().to_string(), frames: run.records })
+        .map(|run| RunFrames { style: run.variant.style.name, eyes: args.stereo.eyes().to_string(), frames: run.records })
         .collect();
     report.comparison = baseline.map(|baseline| baseline.compare(&report, &frames));
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
@@ -229,7 +250,7 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
     let start_s = path.times_s()[0];
     let first = path.sample(start_s);
     for run in runs.iter_mut() {
-        run.warm_up(gpu, args.size, &first, start_s)?;
+        run.warm_up(gpu, &first, start_s)?;
     }
     if args.real_time {
         fly_by_the_clock(gpu, path, args, runs, &bar)?;
@@ -246,9 +267,9 @@ fn fly_back(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun
         run.end_flight();
         let times_s = run.records.iter().rev().take(LAST_FRAMES).map(|record| record.t_s);
         let cameras: Vec<_> = times_s.map(|t_s| (path.sample(t_s), t_s)).collect();
-        run.measure_untimed(gpu, args.size, &cameras)?;
-        run.measure_busy(gpu, args.size, &cameras)?;
-        run.trace(gpu, args.size, &cameras)?;
+        run.measure_untimed(gpu, &cameras)?;
+        run.measure_busy(gpu, &cameras)?;
+        run.trace(gpu, &cameras)?;
     }
     Ok(())
 }
@@ -277,7 +298,7 @@ fn fly_by_frames(
         for turn in 0..runs.len() {
             let run = &mut runs[(frame + turn) % runs.len()];
             let checks = Checks { lod_error: frame % between_checks == 0, begins_pair: pairs.begins_at(frame) };
-            run.fly(gpu, args.size, &camera, t_s, checks)?;
+            run.fly(gpu, &camera, t_s, checks)?;
         }
     }
     Ok(())
@@ -306,7 +327,7 @@ fn fly_by_the_clock(
             let checks = Checks { lod_error: now_s >= next_check_s, begins_pair: now_s >= next_pair_s };
             next_check_s += if checks.lod_error { between_checks_s } else { 0.0 };
             next_pair_s += if checks.begins_pair { between_pairs_s } else { 0.0 };
-            run.fly(gpu, args.size, &path.sample(start_s + now_s), start_s + now_s, checks)?;
+            run.fly(gpu, &path.sample(start_s + now_s), start_s + now_s, checks)?;
         }
     }
     Ok(())

@@ -23,6 +23,9 @@ pub(crate) type Metrics = BTreeMap<String, Option<f64>>;
 pub(crate) struct Report {
     /// The GPU and its driver.
     pub adapter: String,
+    /// Whether the GPU is the processor: its times say nothing about a GPU.
+    #[serde(default)]
+    pub is_software: bool,
     /// Width and height of the pictures.
     #[serde(rename = "size")]
     pub size_px: [u32; 2],

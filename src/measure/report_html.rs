@@ -5,6 +5,7 @@ use std::path::Path;
 use super::comparison::{Change, Comparison};
 use super::report::{Metrics, Report, Run};
 use super::statistics::{FrameRecord, Percentiles, RunFrames};
+use super::trade::Trade;
 use super::work::{FrameWork, cache_label, percent};
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
@@ -59,6 +60,12 @@ const WORK: &str = "GB, wgpu passes, dispatches, draws, copies and barriers do n
     begins when the GPU has finished the one before. Throughput: a frame begins while the GPU draws the one before. Busy \
     GPU: with timers, but without a pause between frames, because a GPU that waits lowers its clocks.";
 
+/// Explanation of the trades.
+const TRADE: &str = "Errors are those of views at rest against a converged reference: lines of it that are lost, lines \
+    that it does not have, the difference of tones over squares of 8 pixels, and the distance of the drawn land from the \
+    heights; flicker is that of the flight. No setting on the front has another one that is better in one respect and as \
+    good in all others.";
+
 /// Writes `report.html`, as a complete file or not at all. `frames` are the report's runs, in its order, for the plots
 /// along the path.
 ///
@@ -90,6 +97,7 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     if let Some(settings) = &report.settings {
         page += &format!("<p class=\"faint\">{}</p>\n", escape(&settings.sentence()));
     }
+    page += &trades(report);
     page += &report.comparison.as_ref().map_or_else(String::new, changes);
     let along = |title: &str, unit: &str, value: fn(&FrameRecord) -> Option<f64>| {
         plot(frames, value).map_or(String::new(), |svg| {
@@ -201,6 +209,26 @@ fn bars(runs: &[Run]) -> String {
     svg += "</svg></div>\n";
     let names = names.iter().map(|&name| name.to_owned());
     format!("<h2>Passes</h2>\n<p class=\"faint\">Mean GPU time of each pass per frame</p>\n{svg}{}", key(names))
+}
+
+/// Returns the settings of each style with their costs and errors, as tables; empty without `--sweep`.
+fn trades(report: &Report) -> String {
+    let of_style = |trade: Trade<'_>| {
+        let (heads, rows) = trade.table();
+        let heads: String = heads.iter().map(|head| format!("<th>{}</th>", escape(head))).collect();
+        let row = |cells: Vec<String>| {
+            let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
+            format!("<tr>{cells}</tr>\n")
+        };
+        let rows: String = rows.into_iter().map(row).collect();
+        let name = trade.runs.first().map_or("", |run| run.style.as_str());
+        format!(
+            "<h2>Speed and exactness of {}</h2>\n<p class=\"faint\">{TRADE}</p>\n\
+             <div class=\"wide\"><table>\n<tr>{heads}</tr>\n{rows}</table></div>\n",
+            escape(name)
+        )
+    };
+    Trade::all(report).into_iter().map(of_style).collect()
 }
 
 fn table(runs: &[Run]) -> String {

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 
 use super::comparison::{Change, Comparison};
 use super::report::{Report, Run};
+use super::trade::Trade;
 use super::work::{CacheUse, FrameWork, cache_label, percent};
 
 /// Headings of the columns.
@@ -128,6 +129,10 @@ fn measured(report: &Report) -> String {
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
     let mut costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
     costs.extend(report.warnings().into_iter().map(|line| line + "\n"));
+    for trade in Trade::all(report) {
+        let (heads, rows) = trade.table();
+        costs += &format!("\n{}", columns(std::iter::once(heads).chain(rows).collect()));
+    }
     costs += &work(report);
     costs += &hit_rates(report);
     if report.runs.iter().all(|run| run.temporal.is_none()) {

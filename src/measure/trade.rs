@@ -1,7 +1,7 @@
 //! The trade of speed for exactness: the settings of a style that were measured, their costs and errors, and their front.
 
 use super::front;
-use super::report::{Metrics, Run};
+use super::report::{Metrics, Report, Run};
 
 /// A column of the trade: heading, value, decimals, and the least difference that counts when settings are compared.
 struct Column {
@@ -56,19 +56,11 @@ pub(crate) struct Trade<'a> {
 pub(crate) type Table = (Vec<String>, Vec<Vec<String>>);
 
 impl<'a> Trade<'a> {
-    /// Returns the styles of a report that were drawn with several settings. `is_software` says that times are those of
-    /// the processor.
-    pub(crate) fn all(runs: &'a [Run], is_software: bool) -> Vec<Self> {
-        let cost = if is_software { Cost::Gigabytes } else { Cost::GpuMs };
-        let mut trades: Vec<Self> = Vec::new();
-        for run in runs {
-            match trades.last_mut().filter(|_| !run.setting.is_empty()) {
-                Some(trade) => trade.runs.push(run),
-                None => trades.push(Self { runs: vec![run], cost }),
-            }
-        }
-        trades.retain(|trade| trade.runs.len() > 1);
-        trades
+    /// Returns the styles of a report that were drawn with several settings.
+    pub(crate) fn all(report: &'a Report) -> Vec<Self> {
+        let cost = if report.is_software { Cost::Gigabytes } else { Cost::GpuMs };
+        let settings = |run: &[Run]| Self { runs: run.iter().collect(), cost };
+        styles(&report.runs).map(settings).filter(|trade| trade.runs.len() > 1).collect()
     }
 
     /// Returns whether each setting is on the front of cost and errors. An error that was measured for none of them, such
@@ -117,20 +109,19 @@ pub(crate) fn setting_words(run: &Run) -> String {
 }
 
 /// Fills in for each run of a report whether it is on the front of its style.
-pub(crate) fn fill(runs: &mut [Run], is_software: bool) {
-    let fronts: Vec<Vec<bool>> = Trade::all(runs, is_software).iter().map(Trade::on_front).collect();
-    let mut fronts = fronts.into_iter();
-    let mut index = 0;
-    while index < runs.len() {
-        let length = 1 + runs[index + 1..].iter().take_while(|run| !run.setting.is_empty()).count();
-        if length > 1 {
-            let front = fronts.next().unwrap_or_default();
-            for (run, is_on_front) in runs[index..index + length].iter_mut().zip(front) {
-                run.is_on_front = Some(is_on_front);
-            }
-        }
-        index += length;
+pub(crate) fn fill(report: &mut Report) {
+    let fronts: Vec<(String, bool)> = Trade::all(report)
+        .iter()
+        .flat_map(|trade| trade.runs.iter().map(|run| run.style.clone()).zip(trade.on_front()))
+        .collect();
+    for run in &mut report.runs {
+        run.is_on_front = fronts.iter().find(|(style, _)| *style == run.style).map(|(_, is_on_front)| *is_on_front);
     }
+}
+
+/// Returns the runs of each style: as it is, and with its settings.
+fn styles(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
+    runs.chunk_by(|_, next| !next.setting.is_empty())
 }
 
 fn exactness(run: &Run, name: &str) -> Option<f64> {
@@ -146,12 +137,12 @@ mod tests {
     use super::*;
     use crate::measure::work::FrameWork;
 
-    fn run(setting: &str, gigabytes: f64, recall: f64) -> Run {
-        let setting = setting.split_once('=').map(|(key, value)| (key.to_owned(), value.to_owned()));
+    fn run(name: &str, gigabytes: f64, recall: f64) -> Run {
+        let setting = name.split_once(' ').and_then(|(_, setting)| setting.split_once('='));
         let metrics = [("line_recall", recall), ("line_precision", 1.0), ("tone_error", 0.01)];
         Run {
-            style: "ink".to_owned(),
-            setting: setting.into_iter().collect(),
+            style: name.to_owned(),
+            setting: setting.map(|(key, value)| (key.to_owned(), value.to_owned())).into_iter().collect(),
             work: Some(FrameWork { bytes_read: (gigabytes * 1e9) as u64, ..FrameWork::default() }),
             exactness: Some(metrics.map(|(name, value)| (name.to_owned(), Some(value))).into()),
             ..Run::default()
@@ -160,24 +151,24 @@ mod tests {
 
     #[test]
     fn each_style_has_its_own_front() {
-        let mut runs = vec![
-            run("", 1.0, 0.99),
-            run("lod-error=4", 0.5, 0.9),
+        let runs = vec![
+            run("ink", 1.0, 0.99),
+            run("ink lod-error=4", 0.5, 0.9),
             // Planted: dearer than the style as it is, and less exact.
-            run("lod-error=2", 1.2, 0.95),
-            run("", 3.0, 0.99),
-            run("scale=0.5", 2.0, 0.99),
+            run("ink lod-error=2", 1.2, 0.95),
+            run("pen", 3.0, 0.99),
+            run("pen scale=0.5", 2.0, 0.99),
         ];
-        fill(&mut runs, true);
-        let front: Vec<Option<bool>> = runs.iter().map(|run| run.is_on_front).collect();
+        let mut report = Report { is_software: true, runs, ..Report::default() };
+        fill(&mut report);
+        let front: Vec<Option<bool>> = report.runs.iter().map(|run| run.is_on_front).collect();
         assert_eq!(front, [true, true, false, false, true].map(Some));
-        let trades = Trade::all(&runs, true);
-        let (heads, rows) = trades[0].table();
+        let (heads, rows) = Trade::all(&report)[0].table();
         assert!(heads.contains(&"lines lost %".to_owned()) && !heads.contains(&"flicker %".to_owned()), "{heads:?}");
         assert_eq!(rows[1], ["lod-error=4", "0.500", "0.500", "10.00", "0.00", "1.00", "front"].map(str::to_owned));
         // Without sweeps there is no trade.
-        let mut alone = vec![run("", 1.0, 0.99), run("", 3.0, 0.99)];
-        fill(&mut alone, true);
-        assert!(alone.iter().all(|run| run.is_on_front.is_none()) && Trade::all(&alone, true).is_empty());
+        report.runs.retain(|run| run.setting.is_empty());
+        fill(&mut report);
+        assert!(report.runs.iter().all(|run| run.is_on_front.is_none()) && Trade::all(&report).is_empty());
     }
 }

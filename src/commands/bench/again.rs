@@ -32,7 +32,6 @@ impl StyleRun {
     pub(super) fn measure_untimed(
         &mut self,
         gpu: &Gpu,
-        size_px: [u32; 2],
         cameras: &[(Camera, f64)],
     ) -> Result<(), GpuError> {
         if cameras.len() <= WARM_UP_FRAMES {
@@ -42,7 +41,7 @@ impl StyleRun {
         let begun = Instant::now();
         for number in 0.. {
             let (camera, t_s) = &cameras[to_and_fro(number, cameras.len())];
-            self.draw_only(gpu, size_px, camera, *t_s)?;
+            self.draw_only(gpu, camera, *t_s)?;
             gpu.wait();
             if number >= WARM_UP_FRAMES && begun.elapsed() > WARM_UP {
                 break;
@@ -51,7 +50,7 @@ impl StyleRun {
         let (mut latencies_ms, mut parts_ms) = (Vec::new(), [const { Vec::new() }; 3]);
         for (number, (camera, t_s)) in cameras.iter().enumerate() {
             let start = Instant::now();
-            let prepare_ms = self.draw_only(gpu, size_px, camera, *t_s)?;
+            let prepare_ms = self.draw_only(gpu, camera, *t_s)?;
             gpu.wait();
             if number >= WARM_UP_FRAMES {
                 latencies_ms.push(start.elapsed().as_secs_f64() * 1000.0);
@@ -69,7 +68,7 @@ impl StyleRun {
                 in_flight.clear();
                 start = Instant::now();
             }
-            self.draw_only(gpu, size_px, camera, *t_s)?;
+            self.draw_only(gpu, camera, *t_s)?;
             // An empty submit ends when everything before it has ended.
             in_flight.push_back(gpu.queue.submit([]));
             if in_flight.len() >= IN_FLIGHT
@@ -101,7 +100,6 @@ impl StyleRun {
     pub(super) fn measure_busy(
         &mut self,
         gpu: &Gpu,
-        size_px: [u32; 2],
         cameras: &[(Camera, f64)],
     ) -> Result<(), GpuError> {
         if gpu.is_software() || cameras.len() <= WARM_UP_FRAMES {
@@ -121,7 +119,7 @@ impl StyleRun {
                 break;
             }
             let (camera, t_s) = &cameras[to_and_fro(number, cameras.len())];
-            let frame = self.begin_frame(gpu, size_px, camera, *t_s);
+            let frame = self.begin_frame(gpu, camera, *t_s);
             for repeat in 0..REPEATS {
                 self.draw_begun(gpu, &frame)?;
                 counted.push_back(counting.is_some() && repeat == 0);
@@ -151,7 +149,7 @@ impl StyleRun {
 
     /// Draws frames of `cameras` with traces, and stores what each of them gave the GPU to do in the record of its frame.
     /// `cameras` are those of the last records, from the last one back.
-    pub(super) fn trace(&mut self, gpu: &Gpu, size_px: [u32; 2], cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
+    pub(super) fn trace(&mut self, gpu: &Gpu, cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
         if cameras.is_empty() {
             return Ok(());
         }
@@ -162,7 +160,7 @@ impl StyleRun {
             let index = to_and_fro(number + cameras.len() - 1, cameras.len());
             let (camera, t_s) = &cameras[index];
             self.set_traces(number >= WARM_UP_FRAMES);
-            self.draw_only(gpu, size_px, camera, *t_s)?;
+            self.draw_only(gpu, camera, *t_s)?;
             gpu.wait();
             let work = self.take_work();
             if let Some(record) = self.records.iter_mut().rev().nth(index) {

@@ -2,14 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use super::BenchArgs;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
+use super::sweep::Variant;
 use crate::frame::{self, FrameCpu, Renderer};
 use crate::gpu::cache_counts::CacheCounts;
 use crate::gpu::recorder::Submits;
 use crate::gpu::timer::{FRAME, PassTime};
 use crate::gpu::{Gpu, GpuError};
+use crate::measure::exactness::ExactnessTotals;
 use crate::measure::report::{Memory, Run};
 use crate::measure::statistics::FrameRecord;
 use crate::measure::stereo::StereoTotals;
@@ -22,7 +23,6 @@ use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, Rig, View};
 use crate::scene::{Light, Scene};
 use crate::source::Silent;
-use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
 use crate::world::{self, OpenWorld};
 
@@ -37,7 +37,7 @@ const WARM_UP: Duration = Duration::from_secs(10);
 
 /// The run of one style along the path.
 pub(super) struct StyleRun {
-    pub(super) style: Style,
+    pub(super) variant: Variant,
     pub(super) world: OpenWorld,
     /// Bytes allocated on the GPU by this style's world and renderer; the styles share one device.
     gpu_bytes: i64,
@@ -64,6 +64,7 @@ pub(super) struct StyleRun {
     before_it: Option<DrawnFrame>,
     steadiness: TemporalTotals,
     agreement: StereoTotals,
+    pub(super) exactness: ExactnessTotals,
 }
 
 /// Counts of a world's tiles and of a renderer's caches.
@@ -74,7 +75,7 @@ struct Counts {
 }
 
 /// Measurements of one drawn frame.
-struct Drawn {
+pub(super) struct Drawn {
     frame_ms: f64,
     /// GPU time per pass in milliseconds; [`FRAME`] is the whole frame. Empty if the GPU has no timestamp queries.
     gpu_ms: Vec<(String, f64)>,
@@ -91,21 +92,21 @@ pub(super) struct BegunFrame {
 }
 
 impl StyleRun {
-    pub(super) fn new(gpu: &Gpu, args: &BenchArgs, scene: &Scene, style: Style) -> anyhow::Result<Self> {
-        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
+    pub(super) fn new(gpu: &Gpu, variant: Variant, tile_memory_mib: u64, scene: &Scene) -> anyhow::Result<Self> {
+        let (lod_error_px, tile_memory_bytes) = (variant.lod_error_px, tile_memory_mib << 20);
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let bytes_before = gpu.memory_bytes() as i64;
         let mut renderer = Renderer::new(gpu)?;
         renderer.set_submits(Submits::Timed);
-        renderer.set_antialias(args.antialias);
+        renderer.set_antialias(variant.antialias);
         let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
         Ok(Self {
             world,
             gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
             renderer,
             passes: TracedPasses::default(),
-            style,
+            variant,
             previous: None,
             before: Counts::default(),
             after: Counts::default(),
@@ -120,6 +121,7 @@ impl StyleRun {
             before_it: None,
             steadiness: TemporalTotals::default(),
             agreement: StereoTotals::default(),
+            exactness: ExactnessTotals::default(),
         })
     }
 
@@ -131,21 +133,21 @@ impl StyleRun {
     /// Returns the distance to the nearest land that a camera sees, in metres; infinite if it sees none.
     pub(super) fn nearest_m(&mut self, gpu: &Gpu, camera: &Camera) -> Result<f64, GpuError> {
         let pose = self.world.pose(camera);
-        let found = nearest::nearest_m(gpu, &mut self.renderer, &mut self.world.surfaces, pose, &self.style)?;
+        let found = nearest::nearest_m(gpu, &mut self.renderer, &mut self.world.surfaces, pose, &self.variant.style)?;
         Ok(found.unwrap_or(f64::INFINITY))
     }
 
     /// Draws a frame and waits for the GPU.
-    fn draw(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(Rig, Drawn), GpuError> {
+    pub(super) fn draw(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<(Rig, Drawn), GpuError> {
         let pose = self.world.pose(camera);
         let (previous, before_s) = self.previous.replace((pose, t_s)).unwrap_or((pose, t_s));
-        let view = View::whole(previous, pose, size_px).at(Clock { now_s: t_s, before_s });
+        let view = View::whole(previous, pose, self.variant.size_px).at(Clock { now_s: t_s, before_s });
         let light = self.world.light();
         let bytes_before = gpu.memory_bytes() as i64;
         let start = Instant::now();
-        let rig = self.renderer.jittered(&self.rig(&view), &self.style);
-        let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
-        self.renderer.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
+        let rig = self.renderer.jittered(&self.rig(&view), &self.variant.style);
+        let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.variant.style, &light);
+        self.renderer.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.variant.style, &light)?;
         let waits = Instant::now();
         gpu.wait();
         let (frame_ms, wait_ms) = (start.elapsed().as_secs_f64() * 1000.0, waits.elapsed().as_secs_f64() * 1000.0);
@@ -160,31 +162,30 @@ impl StyleRun {
     pub(super) fn draw_only(
         &mut self,
         gpu: &Gpu,
-        size_px: [u32; 2],
         camera: &Camera,
         t_s: f64,
     ) -> Result<f64, GpuError> {
-        let begun = self.begin_frame(gpu, size_px, camera, t_s);
+        let begun = self.begin_frame(gpu, camera, t_s);
         self.draw_begun(gpu, &begun)?;
         Ok(begun.prepared.prepare_ms)
     }
 
     /// Chooses the tiles and patches of a frame.
-    pub(super) fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> BegunFrame {
+    pub(super) fn begin_frame(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> BegunFrame {
         let pose = self.world.pose(camera);
         let (previous, before_s) = self.previous.replace((pose, t_s)).unwrap_or((pose, t_s));
-        let view = View::whole(previous, pose, size_px).at(Clock { now_s: t_s, before_s });
+        let view = View::whole(previous, pose, self.variant.size_px).at(Clock { now_s: t_s, before_s });
         let light = self.world.light();
         self.renderer.set_step_s((t_s - before_s).abs());
-        let rig = self.renderer.jittered(&self.rig(&view), &self.style);
-        let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
+        let rig = self.renderer.jittered(&self.rig(&view), &self.variant.style);
+        let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.variant.style, &light);
         BegunFrame { rig, prepared, light }
     }
 
     /// Records and submits a frame of [`StyleRun::begin_frame`], also more than once.
     pub(super) fn draw_begun(&mut self, gpu: &Gpu, frame: &BegunFrame) -> Result<(), GpuError> {
         let BegunFrame { rig, prepared, light } = frame;
-        self.renderer.render_rig(gpu, &self.world.surfaces, prepared, rig, &self.style, light)
+        self.renderer.render_rig(gpu, &self.world.surfaces, prepared, rig, &self.variant.style, light)
     }
 
     /// Returns the GPU times of the oldest frame whose times have not been taken, if the GPU has finished it.
@@ -211,21 +212,28 @@ impl StyleRun {
         self.renderer.cpu()
     }
 
-    /// Draws frames that do not count, until the tiles of the first frame have been loaded.
-    pub(super) fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(), GpuError> {
+    /// Draws frames that do not count, until the tiles of the first frame have been loaded, and notes their passes.
+    pub(super) fn warm_up(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<(), GpuError> {
+        // The first frame is timed.
+        let (_, drawn) = self.draw(gpu, camera, t_s)?;
+        let (pipelines, compile_ms) = self.renderer.compiled();
+        self.start = Some(Start { pipelines, compile_ms, frame_ms: drawn.frame_ms });
+        self.renderer.set_traces(true);
+        self.settle(gpu, camera, t_s)?;
+        self.renderer.set_traces(false);
+        self.before = self.counts();
+        Ok(())
+    }
+
+    /// Draws a view until its tiles have been loaded and its strokes have settled.
+    pub(super) fn settle(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<(), GpuError> {
         let start = Instant::now();
         self.renderer.set_step_s(WARM_UP_STEP_S);
         // Strokes may be older than the tiles, and fade in and out over several frames.
-        let mut updates = self.style.strokes().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
+        let mut updates = self.variant.style.strokes().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
-            // The first frame is timed.
-            self.renderer.set_traces(frame > 1);
-            let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
+            let (_, drawn) = self.draw(gpu, camera, t_s)?;
             self.take_work();
-            self.start.get_or_insert_with(|| {
-                let (pipelines, compile_ms) = self.renderer.compiled();
-                Start { pipelines, compile_ms, frame_ms: drawn.frame_ms }
-            });
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
             if frame >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
@@ -234,9 +242,18 @@ impl StyleRun {
                 updates -= 1;
             }
         }
-        self.renderer.set_traces(false);
-        self.before = self.counts();
         Ok(())
+    }
+
+    /// Forgets the last frame: the next one continues nothing.
+    pub(super) fn forget(&mut self) {
+        self.renderer.forget();
+        self.previous = None;
+    }
+
+    /// Returns the renderer, which has the pictures of the last frame.
+    pub(super) fn renderer(&self) -> &Renderer {
+        &self.renderer
     }
 
     fn counts(&self) -> Counts {
@@ -257,7 +274,6 @@ impl StyleRun {
     pub(super) fn fly(
         &mut self,
         gpu: &Gpu,
-        size_px: [u32; 2],
         camera: &Camera,
         t_s: f64,
         checks: Checks,
@@ -266,20 +282,20 @@ impl StyleRun {
         if let Some(last) = self.records.last() {
             self.renderer.set_step_s(t_s - last.t_s);
         }
-        let (rig, drawn) = self.draw(gpu, size_px, camera, t_s)?;
+        let (rig, drawn) = self.draw(gpu, camera, t_s)?;
         let wall_s = self.wall_s();
         let is_software = gpu.is_software();
         let mut record = self.record(t_s, wall_s, is_software, drawn);
         let start = Instant::now();
         let is_pair = checks.begins_pair || self.before_it.is_some();
-        record.strokes_left_out = temporal::strokes_left_out(gpu, &self.renderer, &self.style)?;
+        record.strokes_left_out = temporal::strokes_left_out(gpu, &self.renderer, &self.variant.style)?;
         if checks.lod_error {
             let terrain = &self.world.surfaces.terrain;
             record.lod_error_px =
                 lod_error::largest_px(gpu, &self.renderer, &rig.eyes[0], terrain, record.frame as u32)?;
         }
         if checks.lod_error || is_pair {
-            record.strokes = temporal::count_strokes(gpu, &self.renderer, &self.style)?;
+            record.strokes = temporal::count_strokes(gpu, &self.renderer, &self.variant.style)?;
         }
         if is_pair {
             self.compare(gpu, &rig, record.jumped == Some(true), checks.begins_pair)?;
@@ -291,9 +307,9 @@ impl StyleRun {
 
     /// Compares the frame with the previous one if that began a pair, and stores it if it begins a pair itself.
     fn compare(&mut self, gpu: &Gpu, rig: &Rig, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
-        let drawn = temporal::read_drawn(gpu, &self.renderer, rig, 0, &self.style)?;
+        let drawn = temporal::read_drawn(gpu, &self.renderer, rig, 0, &self.variant.style)?;
         if begins_pair && rig.eyes.len() > 1 {
-            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.renderer, rig, 1, &self.style)?)?;
+            self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.renderer, rig, 1, &self.variant.style)?)?;
         }
         // After a jump, steadiness has no meaning.
         if let Some(before) = self.before_it.take().filter(|_| !jumped) {
@@ -335,7 +351,7 @@ impl StyleRun {
     }
 
     pub(super) fn run(&self, eyes: Eyes) -> Run {
-        let mut run = Run::of_frames(&self.style.name, &eyes.to_string(), &self.records);
+        let mut run = Run::of_frames(&self.variant.style.name, &eyes.to_string(), &self.records);
         self.passes.fill(&mut run);
         run.antialias = self.renderer.antialias().to_string();
         run.start = self.start;
@@ -353,6 +369,8 @@ impl StyleRun {
         run.caches.insert(CPU_TILES.to_owned(), CacheUse { hits: uploaded.saturating_sub(read), misses: read });
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
+        run.setting.clone_from(&self.variant.setting);
+        run.exactness = self.exactness.metrics();
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
             gpu_tile_bytes: Some(counts.gpu_bytes),

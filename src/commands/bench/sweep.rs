@@ -1,0 +1,193 @@
+//! `--sweep`: values that a benchmark tries, each with every other one, and the settings that follow from them.
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use anyhow::bail;
+
+use super::BenchArgs;
+use crate::commands::arguments;
+use crate::commands::misuse::Misuse;
+use crate::frame::Antialias;
+use crate::scene::ranges::{self, NumberRange};
+use crate::style::set::SetValue;
+use crate::style::{Layer, Style};
+
+/// Largest number of settings of all styles: each has a renderer and tiles of its own.
+const MOST_SETTINGS: usize = 64;
+/// Allowed render scales.
+const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
+/// Allowed error of the reference's surface, in pixels.
+const REFERENCE_LOD_ERROR_PX: f64 = 0.1;
+
+/// A parameter of a style, or an option, and the values that are tried.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Sweep {
+    key: String,
+    values: Vec<String>,
+}
+
+impl FromStr for Sweep {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (key, values) = text.split_once('=').unwrap_or((text, ""));
+        let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
+        if key.trim().is_empty() || values.iter().any(String::is_empty) {
+            return Err("it must be KEY=VALUE,VALUE,…, such as lod-error=0.5,1,2 or strokes.update_every=1,10".to_owned());
+        }
+        Ok(Self { key: key.trim().to_owned(), values })
+    }
+}
+
+/// A style as it is drawn in a run.
+#[derive(Clone, Debug)]
+pub(super) struct Variant {
+    /// The style; its name has the values of the setting.
+    pub style: Style,
+    /// The values of the sweep, by their keys.
+    pub setting: BTreeMap<String, String>,
+    pub size_px: [u32; 2],
+    pub lod_error_px: f64,
+    pub antialias: Antialias,
+}
+
+impl Variant {
+    fn as_it_is(args: &BenchArgs, style: Style) -> Self {
+        let &BenchArgs { size: size_px, lod_error: lod_error_px, antialias, .. } = args;
+        Self { style, setting: BTreeMap::new(), size_px, lod_error_px, antialias }
+    }
+
+    /// Returns the style `name` of the command line, followed by itself with each setting of the sweeps.
+    ///
+    /// # Errors
+    /// The style cannot be read; [`Misuse`] for a key or a value.
+    pub(super) fn all(args: &BenchArgs, name: &str) -> anyhow::Result<Vec<Self>> {
+        let mut variants = vec![Self::as_it_is(args, arguments::style(name)?)];
+        if args.sweep.is_empty() {
+            return Ok(variants);
+        }
+        for pairs in settings(&args.sweep) {
+            variants.push(Self::with(args, name, &pairs)?);
+        }
+        Ok(variants)
+    }
+
+    fn with(args: &BenchArgs, name: &str, pairs: &[(&str, &str)]) -> anyhow::Result<Self> {
+        let mut values = Vec::new();
+        let mut variant = Self::as_it_is(args, arguments::style(name)?);
+        for (key, text) in pairs {
+            let wrong = |rule: String| Misuse::of(format!("--sweep {key}={text}: {rule}"));
+            match *key {
+                "lod-error" => variant.lod_error_px = ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?,
+                "antialias" => variant.antialias = text.parse().map_err(wrong)?,
+                "scale" => {
+                    let scale = SCALES.parse(text).map_err(wrong)?;
+                    variant.size_px = args.size.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+                }
+                _ => values.push(SetValue { key: (*key).to_owned(), text: (*text).to_owned() }),
+            }
+        }
+        let words: Vec<String> = pairs.iter().map(|(key, text)| format!("{key}={text}")).collect();
+        variant.style = arguments::style_with(name, &values)?;
+        variant.style.name = format!("{} {}", variant.style.name, words.join(" "));
+        variant.setting = pairs.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect();
+        Ok(variant)
+    }
+
+    /// Returns the reference of a style: with its exact options, a small allowed error, and many samples.
+    ///
+    /// # Errors
+    /// The style cannot be read.
+    pub(super) fn reference(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
+        let style = arguments::style(name)?;
+        let style = arguments::style_with(name, &exact_values(&style))?;
+        let lod_error_px = args.lod_error.min(REFERENCE_LOD_ERROR_PX);
+        Ok(Self { lod_error_px, antialias: Antialias::Temporal, ..Self::as_it_is(args, style) })
+    }
+}
+
+/// Checks that the sweeps of a command make a number of settings that can be measured.
+///
+/// # Errors
+/// [`Misuse`]: two sweeps of one key, or too many settings.
+pub(super) fn check(args: &BenchArgs) -> anyhow::Result<()> {
+    for (index, sweep) in args.sweep.iter().enumerate() {
+        if args.sweep[..index].iter().any(|before| before.key == sweep.key) {
+            bail!(Misuse::of(format!("--sweep {} is given twice: list all its values in one", sweep.key)));
+        }
+    }
+    let values = args.sweep.iter().map(|sweep| sweep.values.len());
+    let count = values.fold(args.styles.len(), usize::saturating_mul);
+    if !args.sweep.is_empty() && count > MOST_SETTINGS {
+        bail!(Misuse::of(format!("{count} settings are too many for one benchmark: at most {MOST_SETTINGS}")));
+    }
+    Ok(())
+}
+
+/// Returns every combination of the sweeps' values, with their keys.
+fn settings(sweeps: &[Sweep]) -> Vec<Vec<(&str, &str)>> {
+    sweeps.iter().fold(vec![Vec::new()], |settings, sweep| {
+        let with = |setting: &Vec<_>| {
+            let setting = setting.clone();
+            sweep.values.iter().map(move |value| {
+                let mut setting = setting.clone();
+                setting.push((sweep.key.as_str(), value.as_str()));
+                setting
+            })
+        };
+        settings.iter().flat_map(with).collect()
+    })
+}
+
+/// Returns the values with which a style approximates nothing, where it has a choice.
+fn exact_values(style: &Style) -> Vec<SetValue> {
+    let of_layers = style.layers.iter().enumerate().filter_map(|(index, layer)| {
+        let (key, value) = match layer {
+            Layer::ToneLines(_) => ("exact", "true"),
+            Layer::Lines(_) => ("halved", "false"),
+            _ => return None,
+        };
+        Some(SetValue { key: format!("{}.{key}", style.layers.key(index)), text: value.to_owned() })
+    });
+    let lights = style.relief.is_some().then(|| SetValue { key: "relief.lights".to_owned(), text: "256".to_owned() });
+    of_layers.chain(lights).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::*;
+
+    fn sweeps(texts: &[&str]) -> Vec<Sweep> {
+        texts.iter().map(|text| text.parse().unwrap()).collect()
+    }
+
+    #[test]
+    fn a_sweep_has_a_key_and_values() {
+        let sweep: Sweep = "lod-error= 0.5, 1".parse().unwrap();
+        assert_eq!(sweep, Sweep { key: "lod-error".to_owned(), values: vec!["0.5".to_owned(), "1".to_owned()] });
+        for wrong in ["", "lod-error", "lod-error=", "=1", "lod-error=1,,2"] {
+            assert!(wrong.parse::<Sweep>().unwrap_err().contains("KEY=VALUE"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn every_value_meets_every_other() {
+        let sweeps = sweeps(&["lod-error=1,2", "strokes.update_every=1,5,10"]);
+        let settings = settings(&sweeps);
+        assert_eq!(settings.len(), 6);
+        assert_eq!(settings[3], [("lod-error", "2"), ("strokes.update_every", "1")]);
+    }
+
+    #[test]
+    fn a_reference_approximates_nothing() {
+        for (name, key) in [("lsa", "tone_lines.exact"), ("ink", "lines.halved")] {
+            let style = Style::load(name).unwrap();
+            let values = exact_values(&style);
+            assert!(values.iter().any(|value| value.key == key), "{name}: {values:?}");
+            assert_ne!(arguments::style_with(name, &values).unwrap(), style);
+        }
+    }
+}
