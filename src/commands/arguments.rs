@@ -56,11 +56,11 @@ pub(crate) fn style(name: &str) -> anyhow::Result<Style> {
     Ok(style)
 }
 
-/// Loads a style like [`style`], with other values at some keys.
+/// Loads a style like [`style`], with other values at some keys, which were given by `option`.
 ///
 /// # Errors
 /// Those of [`style`], and [`Misuse`] for a value.
-pub(crate) fn style_with(name: &str, values: &[SetValue]) -> anyhow::Result<Style> {
+pub(crate) fn style_with(option: &str, name: &str, values: &[SetValue]) -> anyhow::Result<Style> {
     let before = style(name)?;
     if values.is_empty() {
         return Ok(before);
@@ -70,8 +70,8 @@ pub(crate) fn style_with(name: &str, values: &[SetValue]) -> anyhow::Result<Styl
         None => read_text(Path::new(name), LARGEST_STYLE_BYTES)
             .map_err(|source| StyleError::Read { path: name.to_owned(), source })?,
     };
-    let text = set::with_values(name, &text, &before, values).map_err(of_set)?;
-    let mut style = Style::parse(name, &text).map_err(of_set)?;
+    let text = set::with_values(name, &text, &before, values).map_err(|error| of_value(option, error))?;
+    let mut style = Style::parse(name, &text).map_err(|error| of_value(option, error))?;
     style.files.extend(before.files.into_iter().filter(|file| file == Path::new(name)));
     maps::check(&style)?;
     Ok(style)
@@ -85,20 +85,22 @@ pub(crate) fn with_values(style: Style, values: &[SetValue]) -> anyhow::Result<S
     if values.is_empty() {
         return Ok(style);
     }
-    let text = set::with_values(&style.name, &style.text(), &style, values).map_err(of_set)?;
-    let changed = Style::parse_with(&style.name, &text, &style.recipe_files()).map_err(of_set)?;
+    let text =
+        set::with_values(&style.name, &style.text(), &style, values).map_err(|error| of_value("--set", error))?;
+    let changed =
+        Style::parse_with(&style.name, &text, &style.recipe_files()).map_err(|error| of_value("--set", error))?;
     maps::check(&changed)?;
     Ok(changed)
 }
 
-/// Returns the error of a value that was set. Its line in the text of the style would not help.
-fn of_set(error: StyleError) -> Misuse {
+/// Returns the error of a value that an option gives. Its line in the text of the style would not help.
+fn of_value(option: &str, error: StyleError) -> Misuse {
     let cause = match error {
         StyleError::Parse(error) => error.cause,
         StyleError::Named { place, .. } => place.cause,
         other => other.to_string(),
     };
-    Misuse(format!("--set: {cause}"))
+    Misuse(format!("{option}: {cause}"))
 }
 
 /// Checks that WORLD exists, if it is a file.

@@ -186,7 +186,11 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     trade::fill(&mut report);
     let frames: Vec<RunFrames> = runs
         .into_iter()
-        .map(|run| RunFrames { style: run.variant.style.name, eyes: args.stereo.eyes().to_string(), frames: run.records })
+        .map(|run| RunFrames {
+            style: run.variant.style.name,
+            eyes: args.stereo.eyes().to_string(),
+            frames: run.records,
+        })
         .collect();
     report.comparison = baseline.map(|baseline| baseline.compare(&report, &frames));
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
@@ -257,12 +261,12 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
     } else {
         fly_by_frames(gpu, path, args, runs, &bar)?;
     }
-    fly_back(gpu, path, args, runs)
+    fly_back(gpu, path, runs)
 }
 
 /// Draws the last frames again, from the last one back, since their tiles are there: without a timer around each pass,
 /// with timers but without a pause, and with traces. Each style draws alone, since frames that follow each other are measured.
-fn fly_back(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
+fn fly_back(gpu: &Gpu, path: &CameraPath, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     for run in runs.iter_mut() {
         run.end_flight();
         let times_s = run.records.iter().rev().take(LAST_FRAMES).map(|record| record.t_s);

@@ -278,7 +278,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     check_antialias(args, &kind)?;
     let style = match liked.style {
         Some(style) => arguments::with_values(style, &args.set)?,
-        None => arguments::style_with(args.style.as_deref().unwrap_or(STYLE), &args.set)?,
+        None => arguments::style_with("--set", args.style.as_deref().unwrap_or(STYLE), &args.set)?,
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;

@@ -134,7 +134,11 @@ fn cells(picture: &[f32], width: usize) -> Vec<f64> {
             let rows = top..(top + CELL_PX).min(height);
             let columns = left..(left + CELL_PX).min(width);
             let count = (rows.len() * columns.len()) as f64;
-            let sum: f64 = rows.map(|y| &picture[y * width..]).flat_map(|row| &row[columns.clone()]).map(|it| f64::from(*it)).sum();
+            let sum: f64 = rows
+                .map(|y| &picture[y * width..])
+                .flat_map(|row| &row[columns.clone()])
+                .map(|it| f64::from(*it))
+                .sum();
             cells.push(sum / count);
         }
     }
@@ -178,6 +182,8 @@ impl Lines {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+    use glam::DVec3;
+
     use super::*;
     use crate::scene::view::{Pose, View};
 
@@ -185,13 +191,14 @@ mod tests {
 
     /// Returns a frame whose ink and luma are functions of the pixel.
     fn frame(size_px: [u32; 2], ink: impl Fn(u32, u32) -> f32) -> DrawnFrame {
-        let pose = Pose::default();
+        let [position_m, forward, right, up] = [DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::Z];
+        let pose = Pose { position_m, forward, right, up, fov_rad: 1.0 };
         let view = View::whole(pose, pose, size_px);
         let pixels = || (0..size_px[1]).flat_map(|y| (0..size_px[0]).map(move |x| (x, y)));
         let ink: Vec<f32> = pixels().map(|(x, y)| ink(x, y)).collect();
         DrawnFrame {
             view,
-            origin_m: glam::DVec3::ZERO,
+            origin_m: DVec3::ZERO,
             position: vec![[0.0; 4]; ink.len()],
             luma: ink.iter().map(|ink| 1.0 - ink).collect(),
             ink: Some(ink),
@@ -201,7 +208,7 @@ mod tests {
         }
     }
 
-    fn of(drawn: &DrawnFrame, reference: &DrawnFrame) -> impl Fn(&str) -> f64 {
+    fn of(drawn: &DrawnFrame, reference: &DrawnFrame) -> impl Fn(&str) -> f64 + use<> {
         let mut totals = ExactnessTotals::default();
         assert!(totals.metrics().is_none());
         totals.add(drawn, reference, None).unwrap();

@@ -59,8 +59,10 @@ impl<'a> Trade<'a> {
     /// Returns the styles of a report that were drawn with several settings.
     pub(crate) fn all(report: &'a Report) -> Vec<Self> {
         let cost = if report.is_software { Cost::Gigabytes } else { Cost::GpuMs };
-        let settings = |run: &[Run]| Self { runs: run.iter().collect(), cost };
-        styles(&report.runs).map(settings).filter(|trade| trade.runs.len() > 1).collect()
+        styles(&report.runs)
+            .map(|runs| Self { runs: runs.iter().collect(), cost })
+            .filter(|trade| trade.runs.len() > 1)
+            .collect()
     }
 
     /// Returns whether each setting is on the front of cost and errors. An error that was measured for none of them, such
@@ -83,9 +85,11 @@ impl<'a> Trade<'a> {
     pub(crate) fn table(&self) -> Table {
         let columns: Vec<&Column> = self.columns().collect();
         let first = self.runs.first().and_then(|run| self.cost.of(run));
-        let heads = ["setting", self.cost.head(), "÷ first"].into_iter().chain(columns.iter().map(|column| column.head));
+        let heads =
+            ["setting", self.cost.head(), "÷ first"].into_iter().chain(columns.iter().map(|column| column.head));
         let heads = heads.chain(["front"]).map(str::to_owned).collect();
-        let number = |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"));
+        let number =
+            |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"));
         let rows = self.runs.iter().zip(self.on_front()).map(|(run, is_on_front)| {
             let cost = self.cost.of(run);
             let ratio = cost.zip(first).map(|(cost, first)| cost / first);

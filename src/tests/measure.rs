@@ -51,7 +51,7 @@ fn report() -> Report {
     runs[0].memory = Memory { rss_bytes: Some(123), ..Memory::default() };
     runs[0].temporal = Some([("flicker_share".to_owned(), Some(0.25)), ("other".to_owned(), None)].into());
     let world = WorldSize { samples: 1 << 20, extent_m: [1000.0, 2000.0] };
-    Report { adapter: "llvmpipe".to_owned(), size_px: [640, 480], world, settings: None, runs, comparison: None }
+    Report { adapter: "llvmpipe".to_owned(), size_px: [640, 480], world, runs, ..Report::default() }
 }
 
 #[test]

@@ -57,7 +57,7 @@ fn is_null(value: &Value, name: &str) -> Result<(), String> {
 
 /// Checks the names and types that scripts rely on.
 fn check_schema(report: &Value) -> Result<(), String> {
-    keys(report, &["adapter", "size", "world", "settings", "runs", "comparison"])?;
+    keys(report, &["adapter", "is_software", "size", "world", "settings", "runs", "comparison"])?;
     let settings = ["version", "program_crc32", "world", "path", "path_crc32", "duration_s", "frames", "real_time"];
     keys(
         &report["settings"],
@@ -397,4 +397,53 @@ fn a_bench_of_two_eyes_reports_how_they_agree() {
     }
     // A single eye has no other eye to agree with.
     assert!(of(&[]).iter().all(|run| run["stereo"].is_null()));
+}
+
+#[test]
+fn a_sweep_measures_how_exact_each_setting_is() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let line = ["bench", "dem.tif", "--path", "flight.csv", "--size", "160x90", "--frames", "3", "-o", "out", "--json"];
+    let sweep = ["--steadiness-pairs", "0", "--sweep", "lod-error=0.5,16", "--sweep", "scale=0.5,1"];
+    let report = place.json(&[&line[..], &sweep].concat());
+    let runs = report["runs"].as_array().unwrap();
+    let names: Vec<&str> = runs.iter().map(|run| run["style"].as_str().unwrap()).collect();
+    let settings =
+        ["lod-error=0.5 scale=0.5", "lod-error=0.5 scale=1", "lod-error=16 scale=0.5", "lod-error=16 scale=1"];
+    let expected: Vec<String> = settings.iter().map(|setting| format!("ink {setting}")).collect();
+    assert_eq!((names[0], &names[1..]), ("ink", &expected.iter().map(String::as_str).collect::<Vec<_>>()[..]));
+    assert_eq!(runs[2]["setting"], serde_json::json!({ "lod-error": "0.5", "scale": "1" }));
+    assert!(runs.iter().all(|run| run["exactness"]["views"] == 8.0 && run["is_on_front"].is_boolean()), "{report}");
+    let of = |run: usize, name: &str| runs[run]["exactness"][name].as_f64().unwrap();
+    // A coarse surface is farther from the heights, and half a picture has half of the lines.
+    assert!(of(4, "surface_error_px") > 4.0 * of(2, "surface_error_px"), "{report}");
+    assert!(of(2, "line_recall") > 0.95 && of(2, "line_precision") > 0.95, "{report}");
+    assert!(of(1, "tone_error") > 2.0 * of(2, "tone_error"), "{report}");
+    // A style without a sweep is measured as before.
+    let alone = place.json(&[&line[..], &["--steadiness-pairs", "0", "--overwrite"]].concat());
+    assert!(alone["runs"][0].get("exactness").is_none() && alone["runs"][0].get("setting").is_none());
+}
+
+#[test]
+fn a_wrong_sweep_is_one_line() {
+    let place = place_with_flight();
+    for (sweep, cause) in [
+        (&["lod-error"][..], "KEY=VALUE,VALUE"),
+        (&["lod-error=-1"], "lod-error=-1: it must be"),
+        (&["scale=9"], "between 0.25 and 2"),
+        (&["antialias=some"], "none or temporal"),
+        (&["lines.halvd=true"], "lines.halved"),
+        (&["lines.halved=7"], "lines.halved"),
+        (&["scale=1", "scale=0.5"], "given twice"),
+        (&["lod-error=1,2,3,4,5,6,7,8", "scale=0.5,0.6,0.7,0.8,0.9,1,1.1,1.2,1.3"], "72 settings"),
+    ] {
+        let options = sweep.iter().flat_map(|sweep| ["--sweep", sweep]);
+        let line: Vec<&str> =
+            ["bench", "dem.tif", "--path", "flight.csv", "-o", "out"].into_iter().chain(options).collect();
+        let text = place.misuse(&line);
+        assert!(text.contains(cause) && text.contains("--sweep"), "{sweep:?}: {text}");
+        assert!(!place.path("out").exists());
+    }
 }

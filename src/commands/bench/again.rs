@@ -29,11 +29,7 @@ const TRACED_FRAMES: usize = 4;
 impl StyleRun {
     /// Draws the frames of `cameras` twice, waiting for each frame, and waiting only for the frame before the last. Each
     /// camera has its time on the path.
-    pub(super) fn measure_untimed(
-        &mut self,
-        gpu: &Gpu,
-        cameras: &[(Camera, f64)],
-    ) -> Result<(), GpuError> {
+    pub(super) fn measure_untimed(&mut self, gpu: &Gpu, cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
         if cameras.len() <= WARM_UP_FRAMES {
             return Ok(());
         }
@@ -97,11 +93,7 @@ impl StyleRun {
 
     /// Draws the frames of `cameras` with a timer around each pass, without waiting for any but the frame before the last,
     /// so that the GPU is never idle. Does nothing on a software driver, which waits for each pass that is timed.
-    pub(super) fn measure_busy(
-        &mut self,
-        gpu: &Gpu,
-        cameras: &[(Camera, f64)],
-    ) -> Result<(), GpuError> {
+    pub(super) fn measure_busy(&mut self, gpu: &Gpu, cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
         if gpu.is_software() || cameras.len() <= WARM_UP_FRAMES {
             return Ok(());
         }
@@ -154,7 +146,7 @@ impl StyleRun {
             return Ok(());
         }
         self.set_submits(Submits::Whole);
-        let update_every = self.style.strokes().map_or(1, |strokes| strokes.update_every as usize);
+        let update_every = self.variant.style.strokes().map_or(1, |strokes| strokes.update_every as usize);
         for number in 0..WARM_UP_FRAMES + TRACED_FRAMES.max(update_every + 1) {
             // The last camera that was drawn is the last one of the list.
             let index = to_and_fro(number + cameras.len() - 1, cameras.len());

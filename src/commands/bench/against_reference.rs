@@ -6,11 +6,11 @@ use super::sweep::Variant;
 use crate::commands::progress::Bar;
 use crate::frame::Antialias;
 use crate::gpu::{Gpu, GpuError};
-use crate::measure::temporal::{self, DrawnFrame};
 use crate::measure::lod_error;
+use crate::measure::temporal::{self, DrawnFrame};
+use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
-use crate::scene::Scene;
 use crate::source::Progress;
 
 /// Number of views, spread over the path.

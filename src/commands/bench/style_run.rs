@@ -159,12 +159,7 @@ impl StyleRun {
     }
 
     /// Draws a frame without waiting for the GPU, and returns the milliseconds for tiles and patches.
-    pub(super) fn draw_only(
-        &mut self,
-        gpu: &Gpu,
-        camera: &Camera,
-        t_s: f64,
-    ) -> Result<f64, GpuError> {
+    pub(super) fn draw_only(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<f64, GpuError> {
         let begun = self.begin_frame(gpu, camera, t_s);
         self.draw_begun(gpu, &begun)?;
         Ok(begun.prepared.prepare_ms)
@@ -271,13 +266,7 @@ impl StyleRun {
     }
 
     /// Draws a frame that counts, and checks it.
-    pub(super) fn fly(
-        &mut self,
-        gpu: &Gpu,
-        camera: &Camera,
-        t_s: f64,
-        checks: Checks,
-    ) -> anyhow::Result<()> {
+    pub(super) fn fly(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64, checks: Checks) -> anyhow::Result<()> {
         self.wall_s();
         if let Some(last) = self.records.last() {
             self.renderer.set_step_s(t_s - last.t_s);

@@ -34,7 +34,9 @@ impl FromStr for Sweep {
         let (key, values) = text.split_once('=').unwrap_or((text, ""));
         let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
         if key.trim().is_empty() || values.iter().any(String::is_empty) {
-            return Err("it must be KEY=VALUE,VALUE,…, such as lod-error=0.5,1,2 or strokes.update_every=1,10".to_owned());
+            return Err(
+                "it must be KEY=VALUE,VALUE,…, such as lod-error=0.5,1,2 or strokes.update_every=1,10".to_owned()
+            );
         }
         Ok(Self { key: key.trim().to_owned(), values })
     }
@@ -77,7 +79,7 @@ impl Variant {
         let mut values = Vec::new();
         let mut variant = Self::as_it_is(args, arguments::style(name)?);
         for (key, text) in pairs {
-            let wrong = |rule: String| Misuse::of(format!("--sweep {key}={text}: {rule}"));
+            let wrong = |rule: String| Misuse(format!("--sweep {key}={text}: {rule}"));
             match *key {
                 "lod-error" => variant.lod_error_px = ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?,
                 "antialias" => variant.antialias = text.parse().map_err(wrong)?,
@@ -89,7 +91,7 @@ impl Variant {
             }
         }
         let words: Vec<String> = pairs.iter().map(|(key, text)| format!("{key}={text}")).collect();
-        variant.style = arguments::style_with(name, &values)?;
+        variant.style = arguments::style_with("--sweep", name, &values)?;
         variant.style.name = format!("{} {}", variant.style.name, words.join(" "));
         variant.setting = pairs.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect();
         Ok(variant)
@@ -101,7 +103,7 @@ impl Variant {
     /// The style cannot be read.
     pub(super) fn reference(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
         let style = arguments::style(name)?;
-        let style = arguments::style_with(name, &exact_values(&style))?;
+        let style = arguments::style_with("--sweep", name, &exact_values(&style))?;
         let lod_error_px = args.lod_error.min(REFERENCE_LOD_ERROR_PX);
         Ok(Self { lod_error_px, antialias: Antialias::Temporal, ..Self::as_it_is(args, style) })
     }
@@ -114,13 +116,13 @@ impl Variant {
 pub(super) fn check(args: &BenchArgs) -> anyhow::Result<()> {
     for (index, sweep) in args.sweep.iter().enumerate() {
         if args.sweep[..index].iter().any(|before| before.key == sweep.key) {
-            bail!(Misuse::of(format!("--sweep {} is given twice: list all its values in one", sweep.key)));
+            bail!(Misuse(format!("--sweep {} is given twice: list all its values in one", sweep.key)));
         }
     }
     let values = args.sweep.iter().map(|sweep| sweep.values.len());
     let count = values.fold(args.styles.len(), usize::saturating_mul);
     if !args.sweep.is_empty() && count > MOST_SETTINGS {
-        bail!(Misuse::of(format!("{count} settings are too many for one benchmark: at most {MOST_SETTINGS}")));
+        bail!(Misuse(format!("{count} settings are too many for one benchmark: at most {MOST_SETTINGS}")));
     }
     Ok(())
 }
@@ -187,7 +189,7 @@ mod tests {
             let style = Style::load(name).unwrap();
             let values = exact_values(&style);
             assert!(values.iter().any(|value| value.key == key), "{name}: {values:?}");
-            assert_ne!(arguments::style_with(name, &values).unwrap(), style);
+            assert_ne!(arguments::style_with("--sweep", name, &values).unwrap(), style);
         }
     }
 }

@@ -159,7 +159,7 @@ fn twice(line: &str) -> [String; 2] {
     let args = parsed(&format!("{base}{line}"));
     let kind = OutputKind::of(&args.output).unwrap();
     let args = paper::measured(&args, &kind).unwrap();
-    let style = arguments::style_with(args.style.as_deref().unwrap_or("ink"), &args.set).unwrap();
+    let style = arguments::style_with("--set", args.style.as_deref().unwrap_or("ink"), &args.set).unwrap();
     let camera = args.camera.unwrap_or_else(|| "0,0,+300,0,-5,50".parse().unwrap());
     let text = text_at(&imprint(&args, &kind, &style, &camera), &camera, Clock::still(args.time_s.unwrap_or(0.0)));
     let read = Imprint::parse("a.png", &text).unwrap();
