@@ -23,14 +23,14 @@ pub(crate) type Metrics = BTreeMap<String, Option<f64>>;
 pub(crate) struct Report {
     /// The GPU and its driver.
     pub adapter: String,
-    /// Whether the GPU is the processor: its times say nothing about a GPU.
-    #[serde(default)]
-    pub is_software: bool,
     /// Width and height of the pictures.
     #[serde(rename = "size")]
     pub size_px: [u32; 2],
     /// Size of the world.
     pub world: WorldSize,
+    /// Whether the GPU is the processor: its times say nothing about a GPU.
+    #[serde(default)]
+    pub is_software: bool,
     /// How the report was made; null in reports of earlier versions.
     #[serde(default)]
     pub settings: Option<Settings>,

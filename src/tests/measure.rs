@@ -66,7 +66,7 @@ fn report_has_the_names_that_scripts_rely_on() {
         keys.sort();
         keys.join(" ")
     };
-    assert_eq!(keys(&json), "adapter comparison runs settings size world");
+    assert_eq!(keys(&json), "adapter comparison is_software runs settings size world");
     assert_eq!(keys(&json["world"]), "extent_m samples");
     let run = &json["runs"][0];
     assert_eq!(

@@ -122,7 +122,9 @@ pub(super) fn check(args: &BenchArgs) -> anyhow::Result<()> {
     let values = args.sweep.iter().map(|sweep| sweep.values.len());
     let count = values.fold(args.styles.len(), usize::saturating_mul);
     if !args.sweep.is_empty() && count > MOST_SETTINGS {
-        bail!(Misuse(format!("{count} settings are too many for one benchmark: at most {MOST_SETTINGS}")));
+        bail!(Misuse(format!(
+            "--sweep: {count} settings are too many for one benchmark, which has at most {MOST_SETTINGS}"
+        )));
     }
     Ok(())
 }
@@ -185,7 +187,7 @@ mod tests {
 
     #[test]
     fn a_reference_approximates_nothing() {
-        for (name, key) in [("lsa", "tone_lines.exact"), ("ink", "lines.halved")] {
+        for (name, key) in [("tone-lines", "tone_lines.exact"), ("ink", "lines.halved")] {
             let style = Style::load(name).unwrap();
             let values = exact_values(&style);
             assert!(values.iter().any(|value| value.key == key), "{name}: {values:?}");
