@@ -76,9 +76,9 @@ pub(crate) struct BenchArgs {
     /// of the first
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
-    /// Values to try, of a parameter of the styles or of lod-error, antialias or scale (of the picture's size): measures each
-    /// style as it is and with each value, and how exact each is against a converged reference. May be repeated: each value
-    /// is tried with each value of the others
+    /// Measure each style with other values too, and compare each setting with a converged reference. KEY is a parameter
+    /// of all the styles, or lod-error, antialias, or scale (a factor on --size, 0.25 to 2). With several --sweep, every
+    /// combination is measured (at most 64 settings)
     #[arg(long, value_name = "KEY=VALUE,…", conflicts_with = "real_time")]
     pub sweep: Vec<Sweep>,
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]
@@ -99,7 +99,7 @@ pub(crate) struct BenchArgs {
     /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
-    /// Memory for heights on the GPU, and as much again in main memory, in MiB per style; styles with shadows or water need
+    /// Memory for heights on the GPU, and as much again in main memory, in MiB per style and setting; styles with shadows or water need
     /// a quarter more on the GPU for maps of the same tiles, and styles with both a half more
     #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: u64,

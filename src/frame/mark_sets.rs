@@ -7,29 +7,29 @@ use crate::tones::{balance, fractal_hatching, hatching};
 
 /// The cover of one set of marks, as `cover` of all sets in [`balance`].
 const SET_COVER: TargetKind = TargetKind::storage(
-    "cover of a layer",
+    "cover of a set",
     wgpu::TextureFormat::Rgba16Float,
     Group::Ink.shows("Ink of one set of hatching marks before its balance"),
 );
 /// The ink of each set of marks, 0 to 1.
 pub(super) const SET_INKS: [TargetKind; MAX_SETS] = [
     TargetKind::storage(
-        "marks of layer 1",
+        "marks of set 1",
         wgpu::TextureFormat::R32Float,
         Group::Ink.shows("Ink of set 1 of hatching marks"),
     ),
     TargetKind::storage(
-        "marks of layer 2",
+        "marks of set 2",
         wgpu::TextureFormat::R32Float,
         Group::Ink.shows("Ink of set 2 of hatching marks"),
     ),
     TargetKind::storage(
-        "marks of layer 3",
+        "marks of set 3",
         wgpu::TextureFormat::R32Float,
         Group::Ink.shows("Ink of set 3 of hatching marks"),
     ),
     TargetKind::storage(
-        "marks of layer 4",
+        "marks of set 4",
         wgpu::TextureFormat::R32Float,
         Group::Ink.shows("Ink of set 4 of hatching marks"),
     ),

@@ -58,7 +58,7 @@ impl Group {
     /// Returns the heading.
     pub fn heading(self) -> &'static str {
         match self {
-            Self::Whole => "The picture",
+            Self::Whole => "The drawing and its samples",
             Self::Ink => "Layers of ink",
             Self::Surface => "Surface",
             Self::Form => "Shape of the land",

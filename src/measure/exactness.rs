@@ -46,8 +46,10 @@ impl ExactnessTotals {
             return Err(TemporalError::Size);
         }
         self.views += 1;
-        self.surface_px = self.surface_px.into_iter().chain(surface_px).reduce(f64::max);
         let size = size_of(reference);
+        // An error of a pixel of a smaller picture is an error of several pixels of the reference.
+        let surface_px = surface_px.map(|error_px| error_px * size[1] as f64 / size_of(drawn)[1] as f64);
+        self.surface_px = self.surface_px.into_iter().chain(surface_px).reduce(f64::max);
         let luma = resized(&drawn.luma, size_of(drawn), size, Filter::Bilinear);
         for (drawn, reference) in luma.iter().zip(&reference.luma) {
             self.luma += Share { part: f64::from(drawn - reference).powi(2), whole: 1.0 };
@@ -56,7 +58,7 @@ impl ExactnessTotals {
             self.tone += Share { part: (drawn - reference).abs(), whole: 1.0 };
         }
         if let (Some(drawn_ink), Some(ink)) = (&drawn.ink, &reference.ink) {
-            let drawn_ink = resized(drawn_ink, size_of(drawn), size, Filter::Nearest);
+            let drawn_ink = resized(drawn_ink, size_of(drawn), size, Filter::Most);
             let [lines, drawn_lines] = [ink, &drawn_ink].map(|ink| Lines::of(ink, size[0]));
             self.found += lines.near(&drawn_lines);
             self.right += drawn_lines.near(&lines);
@@ -94,7 +96,8 @@ fn size_of(frame: &DrawnFrame) -> [usize; 2] {
 /// How a picture is read between its pixels.
 #[derive(Clone, Copy)]
 enum Filter {
-    Nearest,
+    /// The largest value of all pixels that a pixel covers: a line of a larger picture is not lost.
+    Most,
     Bilinear,
 }
 
@@ -105,13 +108,21 @@ fn resized(picture: &[f32], from: [usize; 2], to: [usize; 2], filter: Filter) ->
     }
     let [width, height] = from;
     let pixel = |x: usize, y: usize| picture[y.min(height - 1) * width + x.min(width - 1)];
+    let covered = |index: usize, side: usize| {
+        let first = index * from[side] / to[side];
+        first..((index + 1) * from[side]).div_ceil(to[side]).max(first + 1)
+    };
     let place = |index: usize, side: usize| (index as f64 + 0.5) * from[side] as f64 / to[side] as f64;
     let mut resized = Vec::with_capacity(to[0] * to[1]);
     for y in 0..to[1] {
         for x in 0..to[0] {
             let [at_x, at_y] = [place(x, 0), place(y, 1)];
             resized.push(match filter {
-                Filter::Nearest => pixel(at_x as usize, at_y as usize),
+                Filter::Most => {
+                    let [columns, rows] = [covered(x, 0), covered(y, 1)];
+                    let all = rows.flat_map(|row| columns.clone().map(move |column| (column, row)));
+                    all.map(|(column, row)| pixel(column, row)).fold(0.0, f32::max)
+                }
                 Filter::Bilinear => {
                     let [left, top] = [at_x - 0.5, at_y - 0.5].map(|at| at.max(0.0));
                     let [column, row] = [left as usize, top as usize];
@@ -264,6 +275,16 @@ mod tests {
         // Planted: the other side is dark.
         let other = frame([32, 24], |x, _| wide(31 - x, 32));
         assert!(of(&other, &reference)("line_recall") < 0.1);
+        // The land of a picture of half the size is as far from the heights as twice as many pixels of the reference.
+        let mut totals = ExactnessTotals::default();
+        totals.add(&half, &reference, Some(0.5)).unwrap();
+        assert_eq!(totals.metrics().unwrap()["surface_error_px"], Some(1.0));
+        // A line of one pixel in a picture of twice the size is there, in an even column and in an odd one.
+        for at in [40, 41] {
+            let twice = frame([128, 96], column(at));
+            let line = of(&twice, &frame(SIZE_PX, column(20)));
+            assert_eq!([line("line_recall"), line("line_precision")], [1.0, 1.0], "{at}");
+        }
         let mut broken = half;
         broken.luma.pop();
         assert_eq!(ExactnessTotals::default().add(&broken, &reference, None), Err(TemporalError::Size));

@@ -3,12 +3,17 @@
 use super::front;
 use super::report::{Metrics, Report, Run};
 
-/// A column of the trade: heading, value, decimals, and the least difference that counts when settings are compared.
+/// A column of the trade: heading, value, and the least difference that counts when settings are compared.
 struct Column {
     head: &'static str,
     value: fn(&Run) -> Option<f64>,
     least: f64,
 }
+
+/// Key of the sweep that changes the size of the picture.
+pub(crate) const SCALE: &str = "scale";
+/// Heading of the flicker of the flight.
+const FLICKER: &str = "flicker %";
 
 /// The errors that are compared, of which less is better.
 const ERRORS: [Column; 5] = [
@@ -16,7 +21,7 @@ const ERRORS: [Column; 5] = [
     Column { head: "lines added %", value: |run| Some(100.0 * (1.0 - exactness(run, "line_precision")?)), least: 0.05 },
     Column { head: "tone error %", value: |run| Some(100.0 * exactness(run, "tone_error")?), least: 0.02 },
     Column { head: "surface error px", value: |run| exactness(run, "surface_error_px"), least: 0.05 },
-    Column { head: "flicker %", value: |run| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?), least: 0.05 },
+    Column { head: FLICKER, value: |run| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?), least: 0.05 },
 ];
 
 /// What a frame costs, for the front.
@@ -58,7 +63,9 @@ pub(crate) type Table = (Vec<String>, Vec<Vec<String>>);
 impl<'a> Trade<'a> {
     /// Returns the styles of a report that were drawn with several settings.
     pub(crate) fn all(report: &'a Report) -> Vec<Self> {
-        let cost = if report.is_software { Cost::Gigabytes } else { Cost::GpuMs };
+        // A GPU without timestamp queries has no times.
+        let has_times = report.runs.iter().all(|run| Cost::GpuMs.of(run).is_some());
+        let cost = if report.is_software || !has_times { Cost::Gigabytes } else { Cost::GpuMs };
         styles(&report.runs)
             .map(|runs| Self { runs: runs.iter().collect(), cost })
             .filter(|trade| trade.runs.len() > 1)
@@ -77,8 +84,14 @@ impl<'a> Trade<'a> {
         front::on_front(&points, &least)
     }
 
+    /// Returns the errors that the settings are compared by. Flicker is measured within a reach of pixels, so that of
+    /// pictures of different sizes is not compared.
     fn columns(&self) -> impl Iterator<Item = &'static Column> {
-        ERRORS.iter().filter(|column| self.runs.iter().any(|run| (column.value)(run).is_some()))
+        let has_scales = self.runs.iter().any(|run| run.setting.contains_key(SCALE));
+        ERRORS
+            .iter()
+            .filter(move |column| !(has_scales && column.head == FLICKER))
+            .filter(|column| self.runs.iter().any(|run| (column.value)(run).is_some()))
     }
 
     /// Returns the settings as a table, with the cost relative to the first of them, and `front` where one is on it.
@@ -114,18 +127,22 @@ pub(crate) fn setting_words(run: &Run) -> String {
 
 /// Fills in for each run of a report whether it is on the front of its style.
 pub(crate) fn fill(report: &mut Report) {
-    let fronts: Vec<(String, bool)> = Trade::all(report)
-        .iter()
-        .flat_map(|trade| trade.runs.iter().map(|run| run.style.clone()).zip(trade.on_front()))
-        .collect();
-    for run in &mut report.runs {
-        run.is_on_front = fronts.iter().find(|(style, _)| *style == run.style).map(|(_, is_on_front)| *is_on_front);
+    let mut fronts = Trade::all(report).iter().map(Trade::on_front).collect::<Vec<_>>().into_iter();
+    for runs in report.runs.chunk_by_mut(is_setting).filter(|runs| runs.len() > 1) {
+        for (run, is_on_front) in runs.iter_mut().zip(fronts.next().unwrap_or_default()) {
+            run.is_on_front = Some(is_on_front);
+        }
     }
 }
 
 /// Returns the runs of each style: as it is, and with its settings.
 fn styles(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
-    runs.chunk_by(|_, next| !next.setting.is_empty())
+    runs.chunk_by(is_setting)
+}
+
+/// Returns whether a run is a setting of the style before it.
+fn is_setting(_: &Run, run: &Run) -> bool {
+    !run.setting.is_empty()
 }
 
 fn exactness(run: &Run, name: &str) -> Option<f64> {
@@ -160,8 +177,9 @@ mod tests {
             run("ink lod-error=4", 0.5, 0.9),
             // Planted: dearer than the style as it is, and less exact.
             run("ink lod-error=2", 1.2, 0.95),
-            run("pen", 3.0, 0.99),
-            run("pen scale=0.5", 2.0, 0.99),
+            // The same style again: each has its own settings.
+            run("ink", 3.0, 0.99),
+            run("ink lod-error=4", 2.0, 0.99),
         ];
         let mut report = Report { is_software: true, runs, ..Report::default() };
         fill(&mut report);

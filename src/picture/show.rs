@@ -76,6 +76,9 @@ pub(crate) fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture
 /// Returns the images that passes read or write as a list: by group, each with a sentence that says what it shows.
 pub(crate) fn listing(trace: &[PassTrace]) -> String {
     let used = trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes));
+    // Pictures of one texel stand for what a style lacks.
+    let is_picture = |texture: &wgpu::Texture| [texture.width(), texture.height()] != [1, 1];
+    let used = used.filter(|used| used.texture.as_ref().is_some_and(is_picture));
     let all: BTreeSet<(Group, &str, &str)> =
         used.filter_map(|used| used.content.map(|content| (content.group, used.name, content.sentence))).collect();
     let width = all.iter().map(|(_, name, _)| name.len()).max().unwrap_or_default();

@@ -6,7 +6,7 @@ use toml_edit::Value;
 use super::document::StyleDocument;
 use super::rows::Row;
 use crate::style::Style;
-use crate::style::parameters::{ValueKind, set};
+use crate::style::parameters::{Range, ValueKind, set};
 
 /// The parameters that switch something, with their positions: each choice, each flag, whether a number that may be 0 is
 /// 0, and whether an optional value is given. As long as they are the same, a style has neighbours of the same passes.
@@ -41,7 +41,10 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 fn may_be_zero(row: &Row) -> bool {
-    row.definition.range.ends()[0] == Some(0.0)
+    let [low, high] = row.definition.range.ends();
+    !matches!(row.definition.range, Range::Above(_))
+        && low.is_some_and(|low| low <= 0.0)
+        && high.is_none_or(|high| high >= 0.0)
 }
 
 /// Returns whether a parameter without a value switches something when it has one.

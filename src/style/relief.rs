@@ -26,7 +26,7 @@ parameters! {
         kind called "Relief method": ReliefKind = ReliefKind::Warp;
         /// Factor of curvature (α of the warp): a bulge of this radius gets half of the largest possible warp; 0 is
         /// none.
-        alpha_px called "Curvature factor": f32 = 30.0 => Range::Within(-1000.0, 1000.0), zero "none";
+        alpha_px called "Warp by curvature": f32 = 30.0 => Range::Within(-1000.0, 1000.0), zero "none";
         /// Contrast by curvature (γ of the warp): the light is multiplied by (λu λv)^γ.
         gamma called "Contrast by curvature": f32 = 0.0 => Range::Within(-1.0, 1.0);
         /// Smallest feature that counts: standard deviation of the blur of the depth gradient, which stops at

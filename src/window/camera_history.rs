@@ -21,7 +21,7 @@ const NEAR_DEG: f64 = 0.2;
 /// A step in the history of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ViewStep {
-    /// To the view before.
+    /// To the previous view.
     Back,
     /// To the view that was left by [`ViewStep::Back`].
     Forward,
@@ -66,7 +66,7 @@ impl CameraHistory {
         }
     }
 
-    /// Takes the seen view as one to which the camera can return.
+    /// Records the last seen view as one to which the camera can return.
     fn arrive(&mut self, height_m: f64) {
         if is_near(&self.here, &self.seen, height_m) {
             self.latest = self.seen;
@@ -77,7 +77,7 @@ impl CameraHistory {
         (self.here, self.latest) = (self.seen, self.seen);
     }
 
-    /// Returns the view before, or the one after, from the present view `view`; `None` if there is none.
+    /// Returns the previous view, or the next one, from the present view `view`; `None` if there is none.
     pub(super) fn go(&mut self, step: ViewStep, view: Camera, height_m: f64, now: Instant) -> Option<Camera> {
         self.note(view, true, height_m, now);
         // A view that the camera has just reached can be returned to, too.
@@ -92,7 +92,7 @@ impl CameraHistory {
         Some(view)
     }
 
-    /// Returns whether there is a view before the present one, and one after it.
+    /// Returns whether there is a previous view and a next one.
     pub(super) fn has_views(&self, view: &Camera, height_m: f64) -> [bool; 2] {
         let is_away = !is_near(&self.here, view, height_m);
         [is_away || !self.back.is_empty(), !is_away && !self.forward.is_empty()]

@@ -1,4 +1,4 @@
-//! The window of keys: all of them by what they are for. `F1` opens it.
+//! The window that lists all keys by group; `F1` opens it.
 
 use egui::{Align2, Grid, Key, RichText, Ui, vec2};
 

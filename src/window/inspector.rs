@@ -347,8 +347,8 @@ pub(super) fn apply(
         Edit::Hide(layer) => document.toggle_hidden(&layer),
         Edit::Solo(layer) => document.toggle_solo(&layer),
         Edit::ShowAll => document.show_all_layers(),
-        Edit::Undo => return Ok(document.undo().map(|name| format!("Undone: {name}"))),
-        Edit::Redo => return Ok(document.redo().map(|name| format!("Redone: {name}"))),
+        Edit::Undo => return Ok(document.undo().map(|name| format!("Undo: {name}"))),
+        Edit::Redo => return Ok(document.redo().map(|name| format!("Redo: {name}"))),
         Edit::Release => document.release(),
         Edit::Save | Edit::SaveAs(..) => {}
     }

@@ -26,7 +26,7 @@ pub(super) enum Action {
     Toggle(Pane),
     /// Return to the start.
     Restart,
-    /// Return to the view before, or go forward again.
+    /// Return to the previous view, or go forward again.
     View(ViewStep),
     /// Toggle full screen.
     FullScreen,
@@ -77,14 +77,14 @@ pub(super) const HELP: &[Group] = &[
     Group {
         heading: "Fly",
         keys: &[
-            ("W A S D", "fly"),
-            ("Q E", "down, up"),
+            ("W A S D, arrows", "fly"),
+            ("Q, E or Space", "down, up"),
             ("Shift", "faster"),
             ("drag", "look around"),
             ("wheel", "zoom to the cursor"),
             ("Ctrl wheel", "speed"),
             ("middle drag, Alt drag", "orbit"),
-            ("Shift middle drag", "pan"),
+            ("Shift middle drag, Alt Shift drag", "pan"),
             ("[ ]", "field of view"),
         ],
     },
@@ -97,7 +97,7 @@ pub(super) const HELP: &[Group] = &[
             ("L", "go to coordinates"),
             ("Ctrl C", "copy coordinates"),
             ("R", "return to start"),
-            ("Alt Left, Alt Right", "view before, next view"),
+            ("Alt Left, Alt Right", "previous view, next view"),
         ],
     },
     Group {
@@ -121,11 +121,11 @@ pub(super) const HELP: &[Group] = &[
             ("B", "hold: style before"),
             ("X", "compare two styles"),
             ("Backspace", "default of a parameter"),
-            ("Ctrl Z, Ctrl Y", "undo, redo"),
             ("Ctrl S", "save the style"),
             ("Ctrl Shift S", "save it under a name"),
         ],
     },
+    Group { heading: "Edit", keys: &[("Ctrl Z", "undo, scene or style"), ("Ctrl Y", "redo")] },
     Group { heading: "Files", keys: &[("Ctrl O", "open a file"), ("Ctrl E", "export"), ("F12 P", "save picture")] },
     Group {
         heading: "Window",

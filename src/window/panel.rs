@@ -60,7 +60,7 @@ pub(super) struct PanelStats<'a> {
     pub is_preparing: bool,
     /// The other panels, and whether each is shown.
     pub panels: &'a [(Pane, bool)],
-    /// Whether there is a view before the present one, and one after it.
+    /// Whether there is a previous view, and a next one.
     pub views: [bool; 2],
 }
 
@@ -332,7 +332,7 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
     ui.horizontal(|ui| {
         let [has_back, has_forward] = stats.views;
         for (step, is_enabled, sign, name, hint) in [
-            (ViewStep::Back, has_back, "‹", "View before", "Return to the view before (Alt Left)"),
+            (ViewStep::Back, has_back, "‹", "Previous view", "Return to the previous view (Alt Left)"),
             (ViewStep::Forward, has_forward, "›", "Next view", "Go forward again to the next view (Alt Right)"),
         ] {
             let button = ui.add_enabled(is_enabled, egui::Button::new(sign));

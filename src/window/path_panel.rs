@@ -27,7 +27,7 @@ const VIEWS: [f32; 2] = [150.0, 260.0];
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum PathRequest {
     /// Change the path.
-    PathEdit(PathEdit),
+    Edit(PathEdit),
     /// Move the playhead, and the camera with it.
     Seek(f64),
     /// Play, or pause.
@@ -207,7 +207,7 @@ impl PathPanel {
             });
         });
         let deletes = !ui.ctx().text_edit_focused() && ui.input(|input| input.key_pressed(Key::Delete));
-        requests.extend(self.selected.filter(|_| deletes).map(|index| PathRequest::PathEdit(PathEdit::Remove(index))));
+        requests.extend(self.selected.filter(|_| deletes).map(|index| PathRequest::Edit(PathEdit::Remove(index))));
         requests
     }
 
@@ -223,7 +223,7 @@ impl PathPanel {
             let hint =
                 format!("{text}: {} (Ctrl Z, Ctrl Y while the mouse is over this panel)", step.unwrap_or_default());
             if button.on_hover_text(hint).clicked() {
-                requests.push(PathRequest::PathEdit(edit));
+                requests.push(PathRequest::Edit(edit));
             }
         }
         ui.separator();
@@ -358,12 +358,12 @@ impl PathPanel {
                     ui.small_button("Delete").on_hover_text("Delete this key frame (Delete, if it is selected)");
                 name(&delete, &format!("Delete key {number}"));
                 if delete.clicked() {
-                    requests.push(PathRequest::PathEdit(PathEdit::Remove(index)));
+                    requests.push(PathRequest::Edit(PathEdit::Remove(index)));
                 }
                 let replace = ui.small_button("Update").on_hover_text("Replace its camera by the present view");
                 name(&replace, &format!("Replace key {number} by the present view"));
                 if replace.clicked() {
-                    requests.push(PathRequest::PathEdit(PathEdit::Replace(index)));
+                    requests.push(PathRequest::Edit(PathEdit::Replace(index)));
                 }
                 let text = RichText::new(key.camera.to_string()).monospace().size(9.0).weak();
                 ui.with_layout(Layout::left_to_right(Align::Center), |ui| ui.add(Label::new(text).truncate()));
@@ -404,7 +404,7 @@ fn play_row(ui: &mut Ui, shown: &PathState<'_>, requests: &mut Vec<PathRequest>)
     ui.separator();
     let add = ui.button("Add key").on_hover_text("Add a key frame with the present view (N)");
     if add.clicked() {
-        requests.push(PathRequest::PathEdit(PathEdit::Add));
+        requests.push(PathRequest::Edit(PathEdit::Add));
     }
 }
 
@@ -432,7 +432,7 @@ fn view_row(ui: &mut Ui, index: usize, view: &crate::studio::views::NamedView, r
             let key = ui.small_button("Key").on_hover_text("Add a key frame with this view");
             name(&key, &format!("Add view {number} as a key frame"));
             if key.clicked() {
-                requests.push(PathRequest::PathEdit(PathEdit::AddCamera(view.camera)));
+                requests.push(PathRequest::Edit(PathEdit::AddCamera(view.camera)));
             }
             let go = ui.small_button("Go").on_hover_text("Fly there");
             name(&go, &format!("Go to view {number}"));
@@ -455,10 +455,10 @@ fn view_row(ui: &mut Ui, index: usize, view: &crate::studio::views::NamedView, r
 /// Requests the edit of a number that has changed, and ends the step when it is released.
 fn changed(value: &Response, edit: PathEdit, requests: &mut Vec<PathRequest>) {
     if value.changed() {
-        requests.push(PathRequest::PathEdit(edit));
+        requests.push(PathRequest::Edit(edit));
     }
     if value.drag_stopped() || value.lost_focus() {
-        requests.push(PathRequest::PathEdit(PathEdit::Release));
+        requests.push(PathRequest::Edit(PathEdit::Release));
     }
 }
 

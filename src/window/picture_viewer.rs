@@ -95,6 +95,8 @@ pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: 
         if target.size_px() == [1, 1] || entries.iter().any(|entry| entry.selected == selected) {
             continue;
         }
+        let is_last = !pictures.iter().any(|(other, of)| of.name == target.name && other > number);
+        let note = if is_last { "" } else { ", which writes the last one of this name" };
         let label = if *number > 0 { format!("{} {}", target.name, number + 1) } else { target.name.to_owned() };
         let [width, height] = target.size_px();
         let format = target.texture.format();
@@ -103,7 +105,7 @@ pub(super) fn entries(style: &Style, has_ink: impl Fn(usize) -> bool, pictures: 
             group: target.content.group,
             label,
             sentence: target.content.sentence.to_owned(),
-            help: format!("{width} × {height}, {format:?}; for a file: render --show \"{}\"", target.name),
+            help: format!("{width} × {height}, {format:?}; for a file: render --show \"{}\"{note}", target.name),
         });
     }
     entries.sort_by_key(|entry| entry.group);

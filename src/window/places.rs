@@ -162,7 +162,7 @@ impl Places {
                 Err(format!("{text}: the world has no projected coordinates"))
             }
             TypedPlace::Projected(_) | TypedPlace::World(_) if let Some(unit) = self.wrong_unit(typed, &text) => {
-                Err(format!("{text}: these coordinates are not in {unit}"))
+                Err(format!("{text}: these coordinates are not in {unit}; leave the unit out"))
             }
             TypedPlace::Projected(crs) => self.inside(self.mapping.world_from_crs(*crs), &text),
             TypedPlace::World(world_m) => self.inside(*world_m, &text),

@@ -93,14 +93,14 @@ impl SceneValue {
             Self::Sun => {
                 let [azimuth_deg, elevation_deg] =
                     [settings.sun.azimuth_deg, settings.sun.elevation_deg].map(|angle_deg| rounded(angle_deg, 1));
-                format!("Sun: azimuth {azimuth_deg}°, elevation {elevation_deg}°")
+                format!("Sun at azimuth {azimuth_deg}°, elevation {elevation_deg}°")
             }
             Self::Haze => format!("Haze {} km", rounded(settings.haze_m / 1000.0, 1)),
             Self::Focus => settings.focus.map_or_else(
                 || "No focus".to_owned(),
                 |focus| {
                     let [radius_m, strength] = [rounded(focus.radius_m, 0), rounded(focus.strength, 2)];
-                    format!("Focus: radius {radius_m} m, strength {strength}")
+                    format!("Focus of radius {radius_m} m, strength {strength}")
                 },
             ),
             Self::Exaggeration => format!("Exaggeration {} ×", rounded(settings.exaggeration, 2)),
@@ -201,8 +201,25 @@ impl SceneHistory {
         }
     }
 
-    /// Takes settings that the program has changed, which is no step.
+    /// Accepts settings that the program has changed, without recording a step.
     pub(super) fn follow(&mut self, settings: &Settings) {
+        // Every setting but the style is a value of the scene: a new one must be added to `SceneValue`.
+        let Settings {
+            style: _,
+            scale: _,
+            antialias: _,
+            lod_error_px: _,
+            sun: _,
+            haze_m: _,
+            exaggeration: _,
+            sea_level_m: _,
+            tree_seed: _,
+            world_seed: _,
+            focus: _,
+            eyes: _,
+            pair: _,
+            follows_land: _,
+        } = settings;
         self.noted.clone_from(settings);
     }
 

@@ -118,7 +118,7 @@ fn scene_style_and_camera_have_a_way_back() {
         let info = seen(&display, folder).1;
         assert!(info == *wanted, "{key}: {info} instead of {wanted}");
     }
-    person.click("Button", "View before");
+    person.click("Button", "Previous view");
     until("the start", || (seen(&display, folder).1 == start.1).then_some(()));
     assert!(seen(&display, folder) == start, "the start is another picture");
     assert!(program.0.try_wait().unwrap().is_none(), "{}", std::fs::read_to_string(folder.join("stderr")).unwrap());

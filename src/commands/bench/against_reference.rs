@@ -22,6 +22,8 @@ const SAMPLES: u32 = 16;
 struct AtRest {
     drawn: DrawnFrame,
     surface_px: Option<f64>,
+    /// Whether all tiles were there.
+    is_settled: bool,
 }
 
 /// Compares the settings of one style, whose name is `name`, with its reference.
@@ -38,13 +40,22 @@ pub(super) fn measure(
     if let Some(run) = runs.first() {
         reference.world.scene.sun = run.world.scene.sun;
     }
+    let mut unsettled = 0;
     for (view, camera) in path.spread(VIEWS).enumerate() {
         bar.report(&format!("comparing {name} with its reference"), view as f32 / VIEWS as f32);
         let truth = reference.draw_at_rest(gpu, &camera)?;
+        let mut is_settled = truth.is_settled;
         for run in runs.iter_mut() {
-            let AtRest { drawn, surface_px } = run.draw_at_rest(gpu, &camera)?;
+            let AtRest { drawn, surface_px, is_settled: of_run } = run.draw_at_rest(gpu, &camera)?;
             run.exactness.add(&drawn, &truth.drawn, surface_px)?;
+            is_settled &= of_run;
         }
+        unsettled += u32::from(!is_settled);
+    }
+    if unsettled > 0 {
+        tracing::warn!(
+            "--sweep: {unsettled} of {VIEWS} views of {name} lacked tiles after 10 s, so their errors are too large"
+        );
     }
     Ok(())
 }
@@ -60,7 +71,7 @@ impl StyleRun {
 
     fn draw_settled(&mut self, gpu: &Gpu, camera: &Camera) -> Result<AtRest, GpuError> {
         self.forget();
-        self.settle(gpu, camera, 0.0)?;
+        let is_settled = self.settle(gpu, camera, 0.0)?;
         let samples = if self.variant.antialias == Antialias::Temporal { SAMPLES } else { 1 };
         let mut rig = None;
         for _ in 0..samples {
@@ -70,6 +81,6 @@ impl StyleRun {
         let drawn = temporal::read_drawn(gpu, self.renderer(), &rig, 0, &self.variant.style)?;
         let terrain = &self.world.surfaces.terrain;
         let surface_px = lod_error::largest_px(gpu, self.renderer(), &rig.eyes[0], terrain, 0)?;
-        Ok(AtRest { drawn, surface_px })
+        Ok(AtRest { drawn, surface_px, is_settled })
     }
 }

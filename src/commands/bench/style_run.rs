@@ -220,8 +220,9 @@ impl StyleRun {
         Ok(())
     }
 
-    /// Draws a view until its tiles have been loaded and its strokes have settled.
-    pub(super) fn settle(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<(), GpuError> {
+    /// Draws a view until its tiles have been loaded and its strokes have settled. Returns whether the tiles have been
+    /// loaded in the time that is allowed.
+    pub(super) fn settle(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<bool, GpuError> {
         let start = Instant::now();
         self.renderer.set_step_s(WARM_UP_STEP_S);
         // Strokes may be older than the tiles, and fade in and out over several frames.
@@ -232,12 +233,12 @@ impl StyleRun {
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
             if frame >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
-                    break;
+                    return Ok(!drawn.prepared.tiles.late);
                 }
                 updates -= 1;
             }
         }
-        Ok(())
+        unreachable!("the frames have no end")
     }
 
     /// Forgets the last frame: the next one continues nothing.

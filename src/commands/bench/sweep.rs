@@ -9,6 +9,7 @@ use super::BenchArgs;
 use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
 use crate::frame::Antialias;
+use crate::measure::trade::SCALE;
 use crate::scene::ranges::{self, NumberRange};
 use crate::style::set::SetValue;
 use crate::style::{Layer, Style};
@@ -32,14 +33,35 @@ impl FromStr for Sweep {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (key, values) = text.split_once('=').unwrap_or((text, ""));
-        let values: Vec<String> = values.split(',').map(|value| value.trim().to_owned()).collect();
+        let values = split_outside_brackets(values);
         if key.trim().is_empty() || values.iter().any(String::is_empty) {
             return Err(
                 "it must be KEY=VALUE,VALUE,…, such as lod-error=0.5,1,2 or strokes.update_every=1,10".to_owned()
             );
         }
+        if let Some(twice) = values.iter().enumerate().find(|(index, value)| values[..*index].contains(value)) {
+            return Err(format!("{} is listed twice", twice.1));
+        }
         Ok(Self { key: key.trim().to_owned(), values })
     }
+}
+
+/// Splits values at commas that are neither in brackets nor in quotes: a value may be a list or a pair.
+fn split_outside_brackets(text: &str) -> Vec<String> {
+    let (mut values, mut depth, mut is_quoted) = (vec![String::new()], 0_i32, false);
+    for sign in text.chars() {
+        match sign {
+            '"' => is_quoted = !is_quoted,
+            '[' if !is_quoted => depth += 1,
+            ']' if !is_quoted => depth -= 1,
+            _ => {}
+        }
+        match values.last_mut() {
+            Some(value) if sign != ',' || depth > 0 || is_quoted => value.push(sign),
+            _ => values.push(String::new()),
+        }
+    }
+    values.into_iter().map(|value| value.trim().to_owned()).collect()
 }
 
 /// A style as it is drawn in a run.
@@ -83,7 +105,7 @@ impl Variant {
             match *key {
                 "lod-error" => variant.lod_error_px = ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?,
                 "antialias" => variant.antialias = text.parse().map_err(wrong)?,
-                "scale" => {
+                SCALE => {
                     let scale = SCALES.parse(text).map_err(wrong)?;
                     variant.size_px = args.size.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
                 }
@@ -150,6 +172,7 @@ fn exact_values(style: &Style) -> Vec<SetValue> {
         let (key, value) = match layer {
             Layer::ToneLines(_) => ("exact", "true"),
             Layer::Lines(_) => ("halved", "false"),
+            Layer::Strokes(_) => ("resolution", "1"),
             _ => return None,
         };
         Some(SetValue { key: format!("{}.{key}", style.layers.key(index)), text: value.to_owned() })
@@ -172,6 +195,9 @@ mod tests {
     fn a_sweep_has_a_key_and_values() {
         let sweep: Sweep = "lod-error= 0.5, 1".parse().unwrap();
         assert_eq!(sweep, Sweep { key: "lod-error".to_owned(), values: vec!["0.5".to_owned(), "1".to_owned()] });
+        let pairs: Sweep = "lines.ramp=[0.1, 0.3],[0.2,0.4]".parse().unwrap();
+        assert_eq!(pairs.values, ["[0.1, 0.3]", "[0.2,0.4]"]);
+        assert!("scale=1,0.5,1".parse::<Sweep>().unwrap_err().contains("1 is listed twice"));
         for wrong in ["", "lod-error", "lod-error=", "=1", "lod-error=1,,2"] {
             assert!(wrong.parse::<Sweep>().unwrap_err().contains("KEY=VALUE"), "{wrong}");
         }

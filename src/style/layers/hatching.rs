@@ -26,7 +26,7 @@ parameters! {
         form_px called "Smoothing of land": f32 = 12.0 => Range::Within(1.0, 256.0);
         /// On gentler slopes the direction of marks follows land that is smoothed up to four times more; 0 turns this
         /// off.
-        calm_deg called "Extra smoothing below": f32 = 0.0 => Range::Within(0.0, 45.0), zero "off";
+        calm_deg called "Smoother below slope": f32 = 0.0 => Range::Within(0.0, 45.0), zero "off";
         /// Fraction of the ink that remains in full haze; how many marks remain is set by `haze.faintest_tone`.
         faintest called "Ink in full haze": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.

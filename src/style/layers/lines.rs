@@ -10,13 +10,13 @@ parameters! {
         /// Method that detects the lines.
         detector: Detector;
         /// Value of ε in the planarity term of LSA contours.
-        epsilon called "Epsilon of LSA": Epsilon = Epsilon::Footprint;
+        epsilon called "Planarity tolerance": Epsilon = Epsilon::Footprint;
         /// Whether LSA contours are also tested at twice the pixel distance, which steadies details smaller than a
         /// pixel.
-        geometric_antialias called "LSA anti-aliasing": bool = false;
+        geometric_antialias called "Steady fine detail": bool = false;
         /// Whether opposite neighbours share the greater of their errors; otherwise the density filter uses eight
         /// directions.
-        halved called "Shared opposite errors": bool = true;
+        halved called "Four directions only": bool = true;
         /// Two values of the detector: a line starts to appear at the first and is full from the second.
         ramp called "Line thresholds": [f32; 2] => Range::Rising(0.0);
         /// Strength of the filter that thins out crowded lines; 0 turns it off, 2 is the value of the paper.

@@ -34,7 +34,7 @@ parameters! {
         /// How much thinner strokes are where the land behind them is only slightly farther away.
         step_width called "Thinning at steps": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.
-        slender called "Length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
+        slender called "Least length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
         /// Largest fraction of the area that strokes may cover; above it the weakest are removed first; 1 is no limit.
         crowd called "Largest covered area": f32 = 1.0 => Range::Within(0.005, 1.0);
         /// Side of the square window in which the covered area is measured for `crowd`.

@@ -23,7 +23,7 @@ parameters! {
         /// Factor by which each gap between water lines is wider than the one before.
         growth called "Growth of gaps": f32 = 1.35 => Range::Within(1.0, 2.0);
         /// Factor of the ink of each water line relative to the one before.
-        paler called "Ink of next line": f32 = 0.75 => Range::Within(0.0, 1.0);
+        paler called "Ink ratio per line": f32 = 0.75 => Range::Within(0.0, 1.0);
         /// Whether water has horizontal ruled lines instead of water lines.
         rules called "Ruled lines": bool = false;
         /// Strength of reflections in water: horizontal strokes where it has lines or ruled lines, colour elsewhere.

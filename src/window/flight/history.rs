@@ -1,4 +1,4 @@
-//! The way back: changes of the scene, in one order with the edits of the style, and the views that the camera has left.
+//! Undo and redo of the scene, in one order with the edits of the style, and the previous views of the camera.
 
 use std::time::Instant;
 
@@ -26,14 +26,14 @@ impl Flight {
     pub(super) fn undo_scene(&mut self) -> Option<String> {
         let name = self.scene_history.undo(&mut self.settings)?;
         self.scene_stepped();
-        Some(format!("Undone: {name}"))
+        Some(format!("Undo: {name}"))
     }
 
     /// Repeats the step of the scene that was undone last. Returns what the user needs to know.
     pub(super) fn redo_scene(&mut self) -> Option<String> {
         let name = self.scene_history.redo(&mut self.settings)?;
         self.scene_stepped();
-        Some(format!("Redone: {name}"))
+        Some(format!("Redo: {name}"))
     }
 
     /// Draws the changes of a step. The next frame reads the land again where that is necessary, as after any change.
@@ -49,7 +49,7 @@ impl Flight {
         self.camera_history.note(view, is_still && !is_held, height_m, Instant::now());
     }
 
-    /// Returns whether there is a view before the present one, and one after it.
+    /// Returns whether there is a previous view, and a next one.
     pub(super) fn has_views(&self) -> [bool; 2] {
         self.camera_history.has_views(&self.camera.exact(), self.camera_height_m())
     }

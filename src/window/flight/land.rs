@@ -25,6 +25,10 @@ impl Flight {
         self.world.surfaces.set_sea_level(self.settings.sea_level_m.map(|level_m| level_m * present));
         let Settings { exaggeration: wanted, tree_seed, .. } = self.settings;
         let is_alike = wanted == present && tree_seed == self.world.tree_seed();
+        if is_alike && self.land_being_read.take().is_some() {
+            // What was being read is no longer wanted.
+            self.needs_relayout |= self.update_lasting_messages();
+        }
         if self.land_being_read.is_some() || is_alike || self.overlay.is_dragging() || self.overlay.is_typing() {
             return;
         }

@@ -82,7 +82,7 @@ impl Flight {
 
     fn on_path_request(&mut self, request: PathRequest) {
         match request {
-            PathRequest::PathEdit(edit) => self.edit_path(edit),
+            PathRequest::Edit(edit) => self.edit_path(edit),
             PathRequest::Seek(time_s) => {
                 self.paths.player.pause();
                 self.seek(time_s);

@@ -226,9 +226,9 @@ impl Flight {
             self.settings.exaggeration = world.surfaces.exaggeration();
             self.settings.sea_level_m = world.scene.sea_level_m;
             self.settings.tree_seed = world.tree_seed();
+            self.settings.focus = world.scene.focus;
         }
         self.settings.world_seed = world.scene.world.seed();
-        self.settings.focus = world.scene.focus;
         if is_same {
             self.scene_history.follow(&self.settings);
         } else {

@@ -145,7 +145,7 @@ fn a_number_is_typed_and_undone() {
     harness.get_by_label("Undo").click();
     harness.run();
     assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.2);
-    assert_eq!(harness.state().said, ["Undone: Strokes: width 4.5 px"]);
+    assert_eq!(harness.state().said, ["Undo: Strokes: width 4.5 px"]);
     harness.get_by_label("Redo").click();
     harness.run();
     assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 4.5);
@@ -378,7 +378,7 @@ fn a_search_finds_labels() {
 #[test]
 fn zero_is_shown_as_a_word_and_is_typed_as_one() {
     let mut harness = open("crosshatch");
-    let name = "Strokes: Length to width, number";
+    let name = "Strokes: Least length to width, number";
     let shown = |harness: &Harness<'_, Bench>| harness.get_by_label(name).accesskit_node().value();
     let slender = |harness: &Harness<'_, Bench>| harness.state().document.style().strokes().unwrap().slender;
     let type_in = |harness: &mut Harness<'_, Bench>, text: &str| {

@@ -270,8 +270,8 @@ fn buttons_of_panels_ask_for_them() {
 fn buttons_return_to_views_that_there_are() {
     let mut harness = open();
     let is_disabled = |name: &str| harness.get_by_label(name).accesskit_node().is_disabled();
-    assert_eq!(["View before", "Next view"].map(is_disabled), [false, true]);
-    for name in ["Next view", "View before"] {
+    assert_eq!(["Previous view", "Next view"].map(is_disabled), [false, true]);
+    for name in ["Next view", "Previous view"] {
         harness.get_by_label(name).click();
         harness.run();
     }

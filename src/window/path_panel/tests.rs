@@ -47,7 +47,7 @@ fn open(text: &str, size: [f32; 2]) -> Harness<'static, Bench> {
             let new = panel.show(ui, &shown);
             for request in &new {
                 match request {
-                    PathRequest::PathEdit(edit) => errors.extend(panel.apply(document, player, *edit, &here()).err()),
+                    PathRequest::Edit(edit) => errors.extend(panel.apply(document, player, *edit, &here()).err()),
                     PathRequest::Seek(time_s) => player.playhead_s = *time_s,
                     PathRequest::Rename(index, name) => views.rename(*index, name),
                     _ => {}

@@ -132,11 +132,11 @@ impl Timeline {
                 && drag.index == index
                 && response.dragged()
             {
-                requests.push(PathRequest::PathEdit(PathEdit::Move(index, scale.time_s(pointer.x + drag.offset))));
+                requests.push(PathRequest::Edit(PathEdit::Move(index, scale.time_s(pointer.x + drag.offset))));
             }
             if response.drag_stopped() {
                 self.drag = None;
-                requests.push(PathRequest::PathEdit(PathEdit::Release));
+                requests.push(PathRequest::Edit(PathEdit::Release));
             }
             let color = match (selected == Some(index), response.hovered()) {
                 (true, _) => ui.visuals().selection.stroke.color,
