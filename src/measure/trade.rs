@@ -128,6 +128,7 @@ pub(crate) fn setting_words(run: &Run) -> String {
 /// Fills in for each run of a report whether it is on the front of its style.
 pub(crate) fn fill(report: &mut Report) {
     let mut fronts = Trade::all(report).iter().map(Trade::on_front).collect::<Vec<_>>().into_iter();
+    report.runs.iter_mut().for_each(|run| run.is_on_front = None);
     for runs in report.runs.chunk_by_mut(is_setting).filter(|runs| runs.len() > 1) {
         for (run, is_on_front) in runs.iter_mut().zip(fronts.next().unwrap_or_default()) {
             run.is_on_front = Some(is_on_front);
