@@ -393,7 +393,7 @@ fn zero_is_shown_as_a_word_and_is_typed_as_one() {
     assert_eq!((slender(&harness), shown(&harness).as_deref()), (12.0, Some("12.0")));
     type_in(&mut harness, "no limit");
     assert_eq!((slender(&harness), shown(&harness).as_deref()), (0.0, Some("no limit")));
-    assert_eq!(harness.state().document.step_names()[0], Some("Strokes: length to width no limit"));
+    assert_eq!(harness.state().document.step_names()[0], Some("Strokes: least length to width no limit"));
     // A number of another parameter stays a number, although it is 0.
     assert_ne!(harness.get_by_label("Strokes: Wobble, number").accesskit_node().value().as_deref(), Some("none"));
     // Planted: another word is no number, and changes nothing.

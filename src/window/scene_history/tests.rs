@@ -57,9 +57,9 @@ fn every_value_but_the_style_has_a_step_with_a_name() {
         "Tree seed 7",
         "Sea level 412 m",
         "Exaggeration 2 ×",
-        "Focus: radius 250 m, strength 0.7",
+        "Focus of radius 250 m, strength 0.7",
         "Haze 30 km",
-        "Sun: azimuth 120°, elevation 35°",
+        "Sun at azimuth 120°, elevation 35°",
     ];
     assert_eq!(names, wanted);
     assert_eq!(now, Settings { style: end.style, ..start.clone() }, "a value has no step, or the style has one");
@@ -102,7 +102,8 @@ fn scene_and_style_have_one_order_of_time() {
     document.set("strokes.width_px", 4.0).unwrap();
     document.release();
     let edited = (now.clone(), document.text().to_owned());
-    let all = ["Strokes: width 4.0 px", "Sea level 10 m", "Strokes: width 3.0 px", "Sun: azimuth 200°, elevation 40°"];
+    let all =
+        ["Strokes: width 4.0 px", "Sea level 10 m", "Strokes: width 3.0 px", "Sun at azimuth 200°, elevation 40°"];
     for _ in 0..2 {
         let undone: Vec<String> = std::iter::from_fn(|| step(0, &mut document, &mut history, &mut now)).collect();
         assert_eq!(undone, all);
@@ -249,7 +250,7 @@ fn a_drag_of_the_sun_is_one_step() {
     // The second drag ends where it began, but each press moves the sun first.
     assert_eq!(harness.state().settings.sun, after);
     let names = undone(&mut harness);
-    assert!(names.len() == 1 && names[0].starts_with("Sun: azimuth 1"), "{names:?}");
+    assert!(names.len() == 1 && names[0].starts_with("Sun at azimuth 1"), "{names:?}");
     assert_eq!(harness.state().settings, before);
     // Planted: without knowing that the mouse is held, each frame is a step.
     let mut harness = open(false);
