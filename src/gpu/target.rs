@@ -17,19 +17,19 @@ const LATEST: u64 = 12;
 pub struct Target {
     /// Name in a trace.
     pub name: &'static str,
-    /// What it shows.
+    /// Group and sentence of the list of pictures.
     pub content: Content,
     pub texture: wgpu::Texture,
     /// View of the whole texture.
     pub view: wgpu::TextureView,
 }
 
-/// What a picture of a frame shows, for people who look at it.
+/// The content of a picture of a frame, in words for people who look at it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Content {
     /// Heading under which it is listed.
     pub group: Group,
-    /// One sentence.
+    /// One sentence that says what the picture shows.
     pub sentence: &'static str,
 }
 
@@ -38,7 +38,7 @@ pub struct Content {
 pub enum Group {
     /// The ink of layers.
     Ink,
-    /// What is seen at each pixel.
+    /// The land or object at each pixel: depth, position, normal, identity.
     Surface,
     /// The smoothed land and its curvature.
     Form,
@@ -48,7 +48,7 @@ pub enum Group {
     Strokes,
     /// Light and tones.
     Tones,
-    /// Trees.
+    /// Impostors of trees and their light.
     Trees,
     /// The picture, its samples and the sky.
     Whole,
@@ -75,7 +75,7 @@ impl Group {
     }
 }
 
-/// The name of a texture that is no target, and what it shows.
+/// The name and the content of a texture that passes only read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TextureName {
     /// Name in a trace.
@@ -88,7 +88,7 @@ pub struct TextureName {
 pub struct TargetKind {
     /// Unique name, which is also the label and the name in a trace.
     pub name: &'static str,
-    /// What the picture shows.
+    /// Group and sentence of the list of pictures.
     pub content: Content,
     pub format: wgpu::TextureFormat,
     /// Usages besides `TEXTURE_BINDING` and `COPY_SRC`, which every target has.

@@ -47,7 +47,7 @@ pub enum Work {
 pub struct Traced {
     /// Name of the picture, buffer or uniform.
     pub name: &'static str,
-    /// What a picture shows; `None` for a buffer.
+    /// Group and sentence of a picture; `None` for a buffer.
     pub content: Option<Content>,
     /// The texture of a picture; `None` for a buffer.
     pub texture: Option<wgpu::Texture>,

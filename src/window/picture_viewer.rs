@@ -35,7 +35,7 @@ pub(super) struct Entry {
     pub selected: FramePicture,
     pub group: Group,
     pub label: String,
-    /// What it shows, in a sentence.
+    /// One sentence that says what the picture shows.
     pub sentence: String,
     /// Size and format, and how to write it to a file.
     pub help: String,
