@@ -14,6 +14,7 @@ mod pairs;
 mod passes;
 pub(crate) mod portable;
 mod style_run;
+mod suite;
 mod sweep;
 
 use std::path::{Path, PathBuf};
@@ -28,6 +29,7 @@ use super::arguments;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
+use super::misuse::Misuse;
 use super::world_args::WorldArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
@@ -43,7 +45,7 @@ use crate::measure::settings::{Settings, program_crc32};
 use crate::measure::statistics::{RunFrames, is_frames_csv, write_frames_csv};
 use crate::measure::trade;
 use crate::scene::path::CameraPath;
-use crate::scene::ranges;
+use crate::scene::{Scene, ranges};
 use crate::source::Progress;
 use crate::style::Style;
 use crate::world::{self, OpenWorld, path_fit};
@@ -70,8 +72,12 @@ pub(crate) struct BenchArgs {
     pub world: WorldArgs,
     /// Camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour, valley, teleport,
     /// ascent)
-    #[arg(long)]
-    pub path: PathBuf,
+    #[arg(long, required_unless_present = "suite")]
+    pub path: Option<PathBuf>,
+    /// Several benchmarks with one report: a built-in suite (SUITES), or a TOML file that lists benchmarks.
+    /// All other options are those of its benchmarks, except -o, --overwrite and --json
+    #[arg(long, value_name = "SUITE", conflicts_with_all = ["path", "world", "styles", "frames", "size", "sweep", "compare"])]
+    pub suite: Option<PathBuf>,
     /// Presets (`hachure styles` lists them) or style files, separated by commas; the report compares times with those
     /// of the first
     #[arg(long, value_delimiter = ',', default_value = "ink")]
@@ -127,82 +133,122 @@ pub(crate) struct BenchArgs {
 /// # Errors
 /// Fails if an input is invalid, if the GPU fails, or if the folder cannot be written.
 pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
-    args.stereo.check()?;
-    if args.output.exists() && !args.output.is_dir() {
-        bail!("{}: is a file, and bench writes its report into a folder", named(&args.output));
+    if let Some(name) = &args.suite {
+        return suite::run(name, args, adapter);
     }
-    sweep::check(args)?;
-    let variants = args.styles.iter().map(|name| Variant::all(args, name)).collect::<Result<Vec<_>, _>>()?;
-    let styles: Vec<Style> = variants.iter().flatten().map(|variant| variant.style.clone()).collect();
-    args.world.check()?;
-    // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
-    // once: it may be a pipe.
-    let path_text = arguments::camera_path(&args.path)?;
-    CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
-    let scene = args.world.scene()?;
-    path_fit::check_name(&args.path, args.world.name(), &scene.world)?;
-    let mut inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
-    let baseline = args.compare.as_deref().map(Baseline::read).transpose()?;
-    for path in args.compare.iter().flat_map(|path| [path.clone(), path.with_file_name("frames.csv")]) {
-        inputs.add(&path);
-    }
-    FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
-    let mut own = FILES.iter().zip(IS_OWN);
-    own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
-    std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
+    let planned = Planned::of(args)?;
     // Bakes the world once, if needed; then each style opens its own.
-    drop(world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error))?);
-    let gpu = Gpu::open(adapter)?;
-    world::store_pipelines(&gpu);
-    let settings_of_style = variants.first().map_or(1, Vec::len);
-    let variants = variants.into_iter().flatten();
-    let runs = variants.map(|variant| StyleRun::new(&gpu, variant, args.tile_memory, &scene));
-    let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
-    let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
-    runs[0].world.ground_was_read()?;
-    path_fit::check_places(&args.path, &path_text, &runs[0].world.surfaces.terrain.ground_heights())?
-        .iter()
-        .for_each(|warning| tracing::warn!("{warning}"));
-    if let Some(first) = path.frames(1.0).next() {
-        runs.iter_mut().for_each(|run| args.world.light.place_sun(&mut run.world.scene.sun, &first));
-    }
-    place_eyes(&gpu, &path, args, &mut runs)?;
-    fly(&gpu, &path, args, &mut runs)?;
-    if !args.sweep.is_empty() {
-        for (name, runs) in args.styles.iter().zip(runs.chunks_mut(settings_of_style)) {
-            against_reference::measure(&gpu, args, &scene, &path, name, runs)?;
-        }
-    }
-
-    let mut report = Report {
-        adapter: gpu.description(),
-        is_software: gpu.is_software(),
-        size_px: args.size,
-        world: world_size(&runs[0].world),
-        settings: Some(settings(args, &path, &path_text)),
-        runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
-        comparison: None,
-    };
-    trade::fill(&mut report);
-    let frames: Vec<RunFrames> = runs
-        .into_iter()
-        .map(|run| RunFrames {
-            style: run.variant.style.name,
-            eyes: args.stereo.eyes().to_string(),
-            frames: run.records,
-        })
-        .collect();
-    report.comparison = baseline.map(|baseline| baseline.compare(&report, &frames));
-    let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
-    write_frames_csv(&frames_csv, &frames)?;
-    write_html(&page, &report, &frames)?;
-    report.write_json(&json)?;
+    planned.bake()?;
+    let gpu = open_gpu(adapter)?;
+    let report = planned.measure(&gpu)?;
     if args.json {
         return print_json(&report);
     }
     let [width, height] = report.size_px;
     let table = report_text::table(&report);
-    print(&format!("{}, {width}x{height}\n{table}\nReport: {} (it explains the columns)", report.adapter, named(page)))
+    let page = named(args.output.join(FILES[1]));
+    print(&format!("{}, {width}x{height}\n{table}\nReport: {page} (it explains the columns)", report.adapter))
+}
+
+fn open_gpu(adapter: &AdapterWish) -> anyhow::Result<Gpu> {
+    let gpu = Gpu::open(adapter)?;
+    world::store_pipelines(&gpu);
+    Ok(gpu)
+}
+
+/// A benchmark whose arguments and inputs have been checked. Nothing has been drawn or baked.
+struct Planned<'a> {
+    args: &'a BenchArgs,
+    path: &'a Path,
+    path_text: String,
+    scene: Scene,
+    /// The settings of each style.
+    variants: Vec<Vec<Variant>>,
+    baseline: Option<Baseline>,
+}
+
+impl<'a> Planned<'a> {
+    /// Checks the arguments and the inputs, and makes the output folder.
+    fn of(args: &'a BenchArgs) -> anyhow::Result<Self> {
+        args.stereo.check()?;
+        if args.output.exists() && !args.output.is_dir() {
+            bail!("{}: is a file, and bench writes its report into a folder", named(&args.output));
+        }
+        sweep::check(args)?;
+        let path = args.path.as_deref().ok_or_else(|| Misuse("--path is missing".to_owned()))?;
+        let variants = args.styles.iter().map(|name| Variant::all(args, name)).collect::<Result<Vec<_>, _>>()?;
+        let styles: Vec<Style> = variants.iter().flatten().map(|variant| variant.style.clone()).collect();
+        args.world.check()?;
+        // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
+        // once: it may be a pipe.
+        let path_text = arguments::camera_path(path)?;
+        CameraPath::parse_on_ground(path, path_text.as_bytes(), |_, _| 0.0)?;
+        let scene = args.world.scene()?;
+        path_fit::check_name(path, args.world.name(), &scene.world)?;
+        let mut inputs = inputs::of(args.world.name(), &scene, &styles, Some(path));
+        let baseline = args.compare.as_deref().map(Baseline::read).transpose()?;
+        for path in args.compare.iter().flat_map(|path| [path.clone(), path.with_file_name("frames.csv")]) {
+            inputs.add(&path);
+        }
+        FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
+        let mut own = FILES.iter().zip(IS_OWN);
+        own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
+        std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
+        Ok(Self { args, path, path_text, scene, variants, baseline })
+    }
+
+    fn bake(&self) -> anyhow::Result<()> {
+        let store = world::open_store(&self.scene, &Bar::default());
+        store.map(drop).map_err(|error| self.args.world.or_drawing(error))
+    }
+
+    /// Flies the path in all styles, and writes the report.
+    fn measure(self, gpu: &Gpu) -> anyhow::Result<Report> {
+        let Self { args, path: path_name, path_text, scene, variants, baseline } = self;
+        let settings_of_style = variants.first().map_or(1, Vec::len);
+        let variants = variants.into_iter().flatten();
+        let runs = variants.map(|variant| StyleRun::new(gpu, variant, args.tile_memory, &scene));
+        let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
+        let path = CameraPath::parse_on_ground(path_name, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
+        runs[0].world.ground_was_read()?;
+        path_fit::check_places(path_name, &path_text, &runs[0].world.surfaces.terrain.ground_heights())?
+            .iter()
+            .for_each(|warning| tracing::warn!("{warning}"));
+        if let Some(first) = path.frames(1.0).next() {
+            runs.iter_mut().for_each(|run| args.world.light.place_sun(&mut run.world.scene.sun, &first));
+        }
+        place_eyes(gpu, &path, args, &mut runs)?;
+        fly(gpu, &path, args, &mut runs)?;
+        if !args.sweep.is_empty() {
+            for (name, runs) in args.styles.iter().zip(runs.chunks_mut(settings_of_style)) {
+                against_reference::measure(gpu, args, &scene, &path, name, runs)?;
+            }
+        }
+        let mut report = Report {
+            adapter: gpu.description(),
+            size_px: args.size,
+            world: world_size(&runs[0].world),
+            is_software: gpu.is_software(),
+            settings: Some(settings(args, path_name, &path, &path_text)),
+            runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
+            comparison: None,
+        };
+        trade::fill(&mut report);
+        let frames: Vec<RunFrames> = runs
+            .into_iter()
+            .map(|run| RunFrames {
+                style: run.variant.style.name,
+                eyes: args.stereo.eyes().to_string(),
+                frames: run.records,
+            })
+            .collect();
+        report.comparison = baseline.map(|baseline| baseline.compare(&report, &frames));
+        let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
+        write_frames_csv(&frames_csv, &frames)?;
+        write_html(&page, &report, &frames)?;
+        report.write_json(&json)?;
+        Ok(report)
+    }
 }
 
 /// Sets the stereo pair: the same for all styles and all frames.
@@ -224,12 +270,12 @@ fn world_size(world: &OpenWorld) -> WorldSize {
 }
 
 /// Returns how the report is made, for comparison with others.
-fn settings(args: &BenchArgs, path: &CameraPath, path_text: &str) -> Settings {
+fn settings(args: &BenchArgs, path_name: &Path, path: &CameraPath, path_text: &str) -> Settings {
     Settings {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         program_crc32: program_crc32(),
         world: args.world.name().map(str::to_owned),
-        path: args.path.display().to_string(),
+        path: path_name.display().to_string(),
         path_crc32: format!("{:08x}", crc32fast::hash(path_text.as_bytes())),
         duration_s: path.duration_s(),
         frames: (!args.real_time).then(|| frame_count(args, path) as u64),

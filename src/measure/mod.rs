@@ -15,6 +15,7 @@ pub(crate) mod report_text;
 pub(crate) mod settings;
 pub(crate) mod statistics;
 pub mod stereo;
+pub(crate) mod suite;
 pub mod temporal;
 pub(crate) mod trade;
 pub(crate) mod work;

@@ -86,10 +86,9 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     let [east_m, north_m] = report.world.extent_m;
     let samples = report.world.samples;
     let mut page = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\">{TITLE}\
-         <style>{STYLE}</style></head><body>\n<h1>hachure bench</h1>\n\
+        "{head}<h1>hachure bench</h1>\n\
          <p>{adapter}; {width_px} × {height_px} pixels; world of {samples} samples, {east:.2} × {north:.2} km</p>\n",
+        head = page_head(TITLE),
         adapter = escape(&report.adapter),
         east = east_m / 1000.0,
         north = north_m / 1000.0,
@@ -119,6 +118,15 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – means not measured.</p>\n";
     page += "</body></html>\n";
     page
+}
+
+/// Returns the beginning of a page with this title, as far as its body.
+pub(super) fn page_head(title: &str) -> String {
+    format!(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\">{title}\
+         <style>{STYLE}</style></head><body>\n"
+    )
 }
 
 /// Returns a plot with a line for each run and a key below; `None` if nothing was measured.
@@ -450,6 +458,6 @@ fn nice_step(least: f64) -> f64 {
     [1.0, 2.0, 5.0].map(|digit| digit * power).into_iter().find(|&step| step >= least).unwrap_or(10.0 * power)
 }
 
-fn escape(text: &str) -> String {
+pub(super) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -149,7 +149,7 @@ fn measured(report: &Report) -> String {
 }
 
 /// Formats rows of equal length as a table; the first column is left-aligned, the others right-aligned.
-fn columns(rows: Vec<Vec<String>>) -> String {
+pub(super) fn columns(rows: Vec<Vec<String>>) -> String {
     let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..rows.first().map_or(0, Vec::len)).map(widest).collect();
     let lines = rows.iter().map(|row| {
