@@ -10,6 +10,7 @@
 
 mod again;
 mod against_reference;
+mod built_in_suites;
 mod pairs;
 mod passes;
 pub(crate) mod portable;
@@ -74,9 +75,10 @@ pub(crate) struct BenchArgs {
     /// ascent)
     #[arg(long, required_unless_present = "suite")]
     pub path: Option<PathBuf>,
-    /// Several benchmarks with one report: a built-in suite (SUITES), or a TOML file that lists benchmarks.
-    /// All other options are those of its benchmarks, except -o, --overwrite and --json
-    #[arg(long, value_name = "SUITE", conflicts_with_all = ["path", "world", "styles", "frames", "size", "sweep", "compare"])]
+    /// Several benchmarks with one report, which has published figures beside ours: a built-in suite (pietrok, lsa,
+    /// stereo, tone-lines, relief, hatching, forest, world), or a TOML file of benchmarks. --size, --frames,
+    /// --tile-memory and --steadiness-pairs replace those of its benchmarks
+    #[arg(long, value_name = "SUITE", conflicts_with_all = ["path", "world", "styles", "sweep", "compare", "real_time", "eyes"])]
     pub suite: Option<PathBuf>,
     /// Presets (`hachure styles` lists them) or style files, separated by commas; the report compares times with those
     /// of the first
@@ -90,9 +92,9 @@ pub(crate) struct BenchArgs {
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]
     #[arg(long, value_parser = arguments::whole::<u32>(1, 1_000_000))]
     pub frames: Option<u32>,
-    /// Size of the picture in pixels; of one eye for a stereo pair
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = parse_size)]
-    pub size: [u32; 2],
+    /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
     /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
@@ -105,13 +107,15 @@ pub(crate) struct BenchArgs {
     /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
-    /// Memory for heights on the GPU, and as much again in main memory, in MiB per style and setting; styles with shadows or water need
-    /// a quarter more on the GPU for maps of the same tiles, and styles with both a half more
-    #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
-    pub tile_memory: u64,
+    /// Memory for heights on the GPU, and as much again in main memory, in MiB per style and setting; styles with
+    /// shadows or water need a quarter more on the GPU for maps of the same tiles, and styles with both a half more
+    /// [default: 512]
+    #[arg(long, value_name = "MIB", value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
+    pub tile_memory: Option<u64>,
     /// Number of pairs of consecutive frames, spread over the path, on which steadiness is measured; 0 measures none
-    #[arg(long = "steadiness-pairs", alias = "temporal", value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]
-    pub steadiness_pairs: u32,
+    /// [default: 24]
+    #[arg(long = "steadiness-pairs", alias = "temporal", value_name = "PAIRS", value_parser = arguments::whole::<u32>(0, 1_000_000))]
+    pub steadiness_pairs: Option<u32>,
     /// Report of an earlier run with the same world, --path, --frames, --size, --eyes, --antialias, --lod-error and
     /// --tile-memory: list what became worse or better, and by how much. Times are compared if frames.csv is in the
     /// report's folder and the GPU is the same
@@ -126,6 +130,21 @@ pub(crate) struct BenchArgs {
     /// Print report.json instead of a table
     #[arg(long)]
     pub json: bool,
+}
+
+impl BenchArgs {
+    /// Width and height of the picture; of one eye for a stereo pair.
+    fn size_px(&self) -> [u32; 2] {
+        self.size.unwrap_or([1280, 720])
+    }
+
+    fn tile_memory_mib(&self) -> u64 {
+        self.tile_memory.unwrap_or(512)
+    }
+
+    fn steadiness_pairs(&self) -> u32 {
+        self.steadiness_pairs.unwrap_or(24)
+    }
 }
 
 /// Runs the command.
@@ -207,7 +226,7 @@ impl<'a> Planned<'a> {
         let Self { args, path: path_name, path_text, scene, variants, baseline } = self;
         let settings_of_style = variants.first().map_or(1, Vec::len);
         let variants = variants.into_iter().flatten();
-        let runs = variants.map(|variant| StyleRun::new(gpu, variant, args.tile_memory, &scene));
+        let runs = variants.map(|variant| StyleRun::new(gpu, variant, args.tile_memory_mib(), &scene));
         let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
         let path = CameraPath::parse_on_ground(path_name, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
         runs[0].world.ground_was_read()?;
@@ -226,7 +245,7 @@ impl<'a> Planned<'a> {
         }
         let mut report = Report {
             adapter: gpu.description(),
-            size_px: args.size,
+            size_px: args.size_px(),
             world: world_size(&runs[0].world),
             is_software: gpu.is_software(),
             settings: Some(settings(args, path_name, &path, &path_text)),
@@ -281,7 +300,7 @@ fn settings(args: &BenchArgs, path_name: &Path, path: &CameraPath, path_text: &s
         frames: (!args.real_time).then(|| frame_count(args, path) as u64),
         real_time: args.real_time,
         lod_error_px: args.lod_error,
-        tile_memory_mib: args.tile_memory,
+        tile_memory_mib: args.tile_memory_mib(),
         exaggeration: args.world.exaggeration,
         sea_level: args.world.land.sea_level.map(|level| level.to_string()),
         trees: args.world.land.trees.map(|trees| trees.to_string()),
@@ -340,7 +359,7 @@ fn fly_by_frames(
     };
     let start_s = path.times_s()[0];
     let between_checks = frames.div_ceil(CHECKED_FRAMES);
-    let pairs = PairPlan::new(frames, args.steadiness_pairs);
+    let pairs = PairPlan::new(frames, args.steadiness_pairs());
     for frame in 0..frames {
         bar.report("flying", frame as f32 / frames as f32);
         let t_s = start_s + frame as f64 * step_s;
@@ -364,10 +383,10 @@ fn fly_by_the_clock(
 ) -> anyhow::Result<()> {
     let (start_s, duration_s) = (path.times_s()[0], path.duration_s());
     let between_checks_s = duration_s / CHECKED_FRAMES as f64;
-    let between_pairs_s = duration_s / f64::from(args.steadiness_pairs);
+    let between_pairs_s = duration_s / f64::from(args.steadiness_pairs());
     for run in runs {
         // Without pairs, the first one is due after infinite time.
-        let (mut next_check_s, mut next_pair_s) = (0.0, if args.steadiness_pairs > 0 { 0.0 } else { f64::INFINITY });
+        let (mut next_check_s, mut next_pair_s) = (0.0, if args.steadiness_pairs() > 0 { 0.0 } else { f64::INFINITY });
         loop {
             let now_s = run.wall_s();
             if now_s >= duration_s {

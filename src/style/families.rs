@@ -37,10 +37,28 @@ impl Family {
         match self {
             Self::Own => &[],
             Self::Line => &["ink", "strokes", "pen", "brush", "pencil-lines", "suggestive", "tone-lines"],
-            Self::Hatching => &["crosshatch", "pencil", "stipple", "engraving", "woodcut", "charcoal", "dry-ink"],
+            Self::Hatching => &[
+                "crosshatch",
+                "crosshatch-curvature",
+                "pencil",
+                "stipple",
+                "engraving",
+                "woodcut",
+                "charcoal",
+                "dry-ink",
+            ],
             Self::Map => &["hachures", "rock", "relief", "panorama"],
-            Self::Color => &["wash", "hokusai", "night", "orange", "cartoon", "green"],
-            Self::Baseline => &["plain", "sobel", "roystan"],
+            Self::Color => &[
+                "wash",
+                "hokusai",
+                "night",
+                "orange",
+                "orange-curvature",
+                "cartoon",
+                "green",
+                "green-curvature",
+            ],
+            Self::Baseline => &["plain", "lsa-base", "lsa-full", "sobel", "roystan"],
         }
     }
 

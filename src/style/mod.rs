@@ -24,6 +24,7 @@ pub mod texture;
 pub(crate) mod tone;
 
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::toml_text::Wrong;
@@ -73,6 +74,21 @@ const PRESETS: &[(&str, &str)] = &[
     ("tone-lines", include_str!("presets/tone-lines.toml")),
     ("relief", include_str!("presets/relief.toml")),
 ];
+
+/// Name and text of each preset that extends one of [`PRESETS`].
+const VARIANTS: &[(&str, &str)] = &[
+    ("crosshatch-curvature", include_str!("presets/crosshatch-curvature.toml")),
+    ("green-curvature", include_str!("presets/green-curvature.toml")),
+    ("orange-curvature", include_str!("presets/orange-curvature.toml")),
+    ("lsa-base", include_str!("presets/lsa-base.toml")),
+    ("lsa-full", include_str!("presets/lsa-full.toml")),
+];
+
+/// The texts of [`VARIANTS`] with all that they extend.
+static WHOLE_VARIANTS: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let whole = |(name, text): &(&str, &str)| extends::whole(name, text).unwrap_or_else(|_| (*text).to_owned());
+    VARIANTS.iter().map(whole).collect()
+});
 
 parameters! {
     /// A style: the layers, colours and light of a drawing.
@@ -170,12 +186,16 @@ const DARK_HAZE: f32 = 0.9;
 
 /// Returns the names of the presets.
 pub fn names() -> Vec<&'static str> {
-    PRESETS.iter().map(|(name, _)| *name).collect()
+    PRESETS.iter().chain(VARIANTS).map(|(name, _)| *name).collect()
 }
 
-/// Returns the TOML text of a preset.
+/// Returns the TOML text of a preset. The text of a preset that extends another one has every parameter.
 pub fn preset_text(name: &str) -> Option<&'static str> {
-    PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    // Variants are looked up last: what they extend is looked up here.
+    PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text).or_else(|| {
+        let number = VARIANTS.iter().position(|(known, _)| *known == name)?;
+        WHOLE_VARIANTS.get(number).map(String::as_str)
+    })
 }
 
 impl Style {

@@ -8,7 +8,7 @@ use crate::Place;
 use crate::dem::{SIZE, SPACING_M, dem};
 
 /// Returns whether there is a GPU; a software driver is enough.
-fn has_gpu() -> bool {
+pub(crate) fn has_gpu() -> bool {
     match Gpu::open(&AdapterWish::Best) {
         Ok(_) => true,
         Err(error) if std::env::var_os("HACHURE_REQUIRE_GPU").is_some_and(|wish| wish == "1") => panic!("{error}"),
@@ -20,7 +20,7 @@ fn has_gpu() -> bool {
 }
 
 /// Writes the synthetic DEM and a flight over it.
-fn place_with_flight() -> Place {
+pub(crate) fn place_with_flight() -> Place {
     let place = Place::empty();
     dem(&place);
     place.file("flight.csv", "t,x,y,z,yaw,pitch,fov\n0,-900,-900,+150,40,-12,60\n1,300,200,+120,60,-10,60\n");

@@ -17,6 +17,7 @@ mod places;
 mod quiet;
 mod show;
 mod styles;
+mod suites;
 mod svg;
 mod tour;
 

@@ -36,7 +36,7 @@ pub(super) fn measure(
     runs: &mut [StyleRun],
 ) -> anyhow::Result<()> {
     let bar = Bar::default();
-    let mut reference = StyleRun::new(gpu, Variant::reference(args, name)?, args.tile_memory, scene)?;
+    let mut reference = StyleRun::new(gpu, Variant::reference(args, name)?, args.tile_memory_mib(), scene)?;
     if let Some(run) = runs.first() {
         reference.world.scene.sun = run.world.scene.sun;
     }

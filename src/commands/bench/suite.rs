@@ -1,48 +1,32 @@
 //! `--suite`: several benchmarks with one report, such as the tables of a paper, with the paper's figures beside ours.
 //!
-//! A suite is a TOML file: each of its parts is the command line of a benchmark. Files that a part names lie in the
-//! folder of the suite. A built-in suite is first written to the output folder, so that a report has its inputs.
+//! A suite is a TOML file of tables, and each part of a table is the command line of a benchmark. Files that a part names
+//! lie in the folder of the suite. A built-in suite is first written to the output folder, so that a report has its
+//! inputs.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use serde::Deserialize;
 
+use super::built_in_suites::{BuiltIn, SUITE_FILE, SUITES};
 use super::{BenchArgs, Planned, open_gpu};
-use crate::commands::misuse::Misuse;
+use crate::commands::misuse::{Misuse, describe};
 use crate::commands::{print, print_json};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{did_you_mean, named, quoted};
-use crate::file::{atomic, unnamed};
-use crate::gpu::device::AdapterWish;
-use crate::measure::suite::{PartReport, Published, SuiteReport};
+use crate::file::{atomic, standard, unnamed};
+use crate::gpu::device::{AdapterWish, Gpu};
+use crate::measure::report::Report;
+use crate::measure::suite::{self, PartReport, Published, SuiteReport, TableReport};
 
-/// A suite that is compiled into the program: its name, and its files with their texts, the suite itself first.
-struct BuiltIn {
-    name: &'static str,
-    files: &'static [(&'static str, &'static str)],
-}
-
-/// Name of the file that lists the parts.
-const SUITE_FILE: &str = "suite.toml";
 /// Files that are written to the output folder.
 const REPORT: &str = "suite.json";
 const PAGE: &str = "suite.html";
 /// Folder for the files of a built-in suite, in the output folder.
 const INPUTS: &str = "inputs";
-
-static BUILT_IN: [BuiltIn; 1] = [BuiltIn {
-    name: "pietrok",
-    files: &[
-        (SUITE_FILE, include_str!("../../../benches/suites/pietrok/suite.toml")),
-        ("hills.toml", include_str!("../../../benches/suites/pietrok/hills.toml")),
-        ("mountain.toml", include_str!("../../../benches/suites/pietrok/mountain.toml")),
-        ("wide.csv", include_str!("../../../benches/suites/pietrok/wide.csv")),
-        ("low.csv", include_str!("../../../benches/suites/pietrok/low.csv")),
-        ("mountain.csv", include_str!("../../../benches/suites/pietrok/mountain.csv")),
-    ],
-}];
 
 /// A suite as its file says.
 #[derive(Debug, Deserialize)]
@@ -52,35 +36,47 @@ struct SuiteFile {
     title: String,
     /// What the suite measures, in sentences.
     about: String,
+    tables: Vec<Table>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Table {
+    title: String,
+    /// Names of passes, or beginnings of names, that have columns of their own.
+    #[serde(default)]
+    passes: Vec<String>,
+    /// Keys of columns besides the usual ones.
+    #[serde(default)]
+    columns: Vec<String>,
+    published: Option<Published>,
     parts: Vec<Part>,
 }
 
-/// A benchmark of a suite.
-#[derive(Debug, Deserialize)]
+/// A benchmark of a table.
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Part {
     /// Name of its folder in the output folder.
     name: String,
-    title: String,
     /// The arguments of `bench`, without the output.
     bench: Vec<String>,
-    /// Published times of a frame.
-    published: Option<Published>,
 }
 
 /// The command line of a part.
 #[derive(Debug, Parser)]
-#[command(name = "bench", no_binary_name = true)]
+#[command(name = "bench", no_binary_name = true, args_override_self = true)]
 struct PartLine {
     #[command(flatten)]
     bench: BenchArgs,
 }
 
-/// Runs all parts of a suite, one after the other, and writes their reports and that of the suite.
+/// Runs all parts of a suite, one after the other, and writes their reports and that of the suite. A part that fails is
+/// reported, and the others go on.
 ///
 /// # Errors
-/// The suite or one of its parts is invalid, which is found before anything is drawn; the GPU fails; a file cannot be
-/// written.
+/// The suite or one of its parts is invalid, which is found before anything is drawn; no GPU can be opened; a file cannot
+/// be written; a part failed.
 pub(super) fn run(name: &Path, args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let output = &args.output;
     if output.exists() && !output.is_dir() {
@@ -88,46 +84,85 @@ pub(super) fn run(name: &Path, args: &BenchArgs, adapter: &AdapterWish) -> anyho
     }
     let [report_file, page] = [REPORT, PAGE].map(|name| output.join(name));
     unnamed::check(&report_file, args.overwrite, SuiteReport::is_own)?;
-    unnamed::check(&page, args.overwrite, crate::measure::suite::is_page)?;
-    let file = match BUILT_IN.iter().find(|suite| Path::new(suite.name) == name && !name.exists()) {
-        Some(suite) => suite.write(&output.join(INPUTS), args.overwrite)?,
-        None if !name.exists() => {
-            let meant = did_you_mean(&name.to_string_lossy(), BUILT_IN.iter().map(|suite| suite.name));
-            let known = names();
-            bail!(Misuse(format!("--suite {}: there is no such file or suite{meant}; suites: {known}", quoted(&name.to_string_lossy()))));
-        }
-        None => name.to_owned(),
-    };
+    unnamed::check(&page, args.overwrite, suite::is_page)?;
+    let file = find(name, &output.join(INPUTS), args.overwrite)?;
     let suite = read(&file)?;
-    let folder = file.parent().unwrap_or(Path::new("."));
-    let lines = suite.parts.iter().map(|part| part.line(folder, &file, args)).collect::<anyhow::Result<Vec<_>>>()?;
-    let planned = lines.iter().zip(&suite.parts).map(|(line, part)| {
-        Planned::of(line).with_context(|| format!("{}: part {}", named(&file), part.name))
-    });
-    let planned = planned.collect::<anyhow::Result<Vec<_>>>()?;
-    planned.iter().try_for_each(Planned::bake)?;
+    let lines = suite.lines(&file, args)?;
+    let mut planned = Vec::new();
+    for (part, line) in &lines {
+        planned.push(Planned::of(line).with_context(|| format!("{}: part {}", named(&file), part.name))?);
+    }
+    let mut planned = planned.into_iter();
     let gpu = open_gpu(adapter)?;
     let mut report = SuiteReport {
-        suite: suite.title,
-        about: suite.about,
+        suite: suite.title.clone(),
+        about: suite.about.clone(),
         adapter: gpu.description(),
         is_software: gpu.is_software(),
-        parts: Vec::new(),
+        tables: Vec::new(),
     };
-    for (part, planned) in suite.parts.into_iter().zip(planned) {
-        let measured = planned.measure(&gpu)?;
-        report.parts.push(PartReport::of(part.name, part.title, &measured, part.published));
+    let (count, mut number) = (lines.len(), 0);
+    for table in &suite.tables {
+        let parts = &table.parts;
+        report.tables.push(table.report());
+        for (part, planned) in parts.iter().zip(planned.by_ref()) {
+            number += 1;
+            standard::print_to_stderr(&format!("part {number} of {count}: {}", part.name));
+            if let Some(table) = report.tables.last_mut() {
+                add(table, part, parts.len() > 1, measured(planned, &gpu));
+            }
+            // What was measured is kept if a later part ends the program.
+            report.write(&report_file, &page)?;
+        }
     }
-    report.write(&report_file, &page)?;
     if args.json {
-        return print_json(&report);
+        print_json(&report)?;
+    } else {
+        print(&format!("{}\n{}\nReport: {} (it explains the columns)", report.adapter, report.text(), named(&page)))?;
     }
-    print(&format!("{}\n{}\nReport: {} (it explains the columns)", report.adapter, report.text(), named(&page)))
+    let failed: Vec<&str> = report.failed().collect();
+    if !failed.is_empty() {
+        bail!("{}: not measured: {} (the report says why)", named(&page), failed.join(", "));
+    }
+    Ok(())
 }
 
-/// Returns the names of the built-in suites, for messages.
-pub(super) fn names() -> String {
-    BUILT_IN.iter().map(|suite| suite.name).collect::<Vec<_>>().join(", ")
+fn measured(planned: Planned<'_>, gpu: &Gpu) -> anyhow::Result<Report> {
+    planned.bake()?;
+    planned.measure(gpu)
+}
+
+/// Adds the result of a part to its table.
+fn add(table: &mut TableReport, part: &Part, is_one_of_several: bool, report: anyhow::Result<Report>) {
+    let (size_px, error) = match report {
+        Ok(report) => {
+            table.add(is_one_of_several.then_some(&part.name), &report);
+            (Some(report.size_px), None)
+        }
+        Err(error) => {
+            let error = format!("{error:#}");
+            tracing::error!("{}: {error}", part.name);
+            (None, Some(error))
+        }
+    };
+    table.parts.push(PartReport { name: part.name.clone(), size_px, error });
+}
+
+/// Returns the file of a suite. A built-in suite is written to the folder `inputs`.
+fn find(name: &Path, inputs: &Path, overwrite: bool) -> anyhow::Result<PathBuf> {
+    if name.exists() {
+        return Ok(if name.is_dir() { name.join(SUITE_FILE) } else { name.to_owned() });
+    }
+    match SUITES.iter().find(|suite| Path::new(suite.name) == name) {
+        Some(suite) => suite.write(inputs, overwrite),
+        None => {
+            let text = name.to_string_lossy();
+            let names = SUITES.iter().map(|suite| suite.name);
+            let meant = did_you_mean(&text, names.clone());
+            let known = names.collect::<Vec<_>>().join(", ");
+            bail!(Misuse(format!("--suite {}: there is no such suite or file{meant}; suites: {known}", quoted(&text))))
+        }
+    }
 }
 
 impl BuiltIn {
@@ -147,43 +182,88 @@ impl BuiltIn {
     }
 }
 
+/// Reads and checks a suite, without its parts' command lines.
 fn read(file: &Path) -> anyhow::Result<SuiteFile> {
     let text = read_text(file, LARGEST_SCENE_BYTES).with_context(|| format!("cannot read {}", named(file)))?;
     let suite: SuiteFile = toml::from_str(&text).map_err(|error| {
         let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
         anyhow::anyhow!("{}:{line}: {}", named(file), error.message())
     })?;
-    if suite.parts.is_empty() {
+    let parts: Vec<&Part> = suite.tables.iter().flat_map(|table| &table.parts).collect();
+    if parts.is_empty() {
         bail!("{}: the suite has no parts", named(file));
     }
-    for (index, part) in suite.parts.iter().enumerate() {
-        let is_name = !part.name.is_empty() && part.name.chars().all(|it| it.is_ascii_alphanumeric() || "-_".contains(it));
+    for (index, part) in parts.iter().enumerate() {
+        let is_name =
+            !part.name.is_empty() && part.name.chars().all(|it| it.is_ascii_alphanumeric() || "-_".contains(it));
         if !is_name || part.name == INPUTS {
-            bail!("{}: {} cannot be the name of a part, which is that of a folder: use letters, digits, - and _", named(file), quoted(&part.name));
+            let name = quoted(&part.name);
+            bail!("{}: {name} cannot be the folder of a part: use letters, digits, - and _", named(file));
         }
-        if suite.parts[..index].iter().any(|before| before.name == part.name) {
+        if parts[..index].iter().any(|before| before.name == part.name) {
             bail!("{}: two parts are called {}", named(file), part.name);
+        }
+    }
+    for table in &suite.tables {
+        let of_published = table.published.iter().map(|published| &published.quantity);
+        for key in table.columns.iter().chain(of_published) {
+            if !suite::keys().contains(&key.as_str()) {
+                let meant = did_you_mean(key, suite::keys());
+                let known = suite::keys().join(", ");
+                bail!("{}: table {}: there is no column {}{meant}; columns: {known}", named(file), quoted(&table.title), quoted(key));
+            }
         }
     }
     Ok(suite)
 }
 
+impl SuiteFile {
+    /// Returns the parts with their arguments, in the order of the tables.
+    fn lines(&self, file: &Path, args: &BenchArgs) -> anyhow::Result<Vec<(&Part, BenchArgs)>> {
+        let folder = file.parent().unwrap_or(Path::new("."));
+        let parts = self.tables.iter().flat_map(|table| &table.parts);
+        parts.map(|part| Ok((part, part.line(folder, file, args)?))).collect()
+    }
+}
+
+impl Table {
+    /// Returns the table's report, without parts.
+    fn report(&self) -> TableReport {
+        TableReport {
+            title: self.title.clone(),
+            passes: self.passes.clone(),
+            columns: self.columns.clone(),
+            published: self.published.clone(),
+            ..TableReport::default()
+        }
+    }
+}
+
 impl Part {
-    /// Returns the arguments of the benchmark. A word that is the name of a file in the folder of the suite is its path.
+    /// Returns the arguments of the benchmark. A word, or a part of a list, that is the name of a file in the folder of
+    /// the suite becomes its path. `--size`, `--frames`, `--tile-memory` and `--steadiness-pairs` of the command line
+    /// replace those of the part.
     fn line(&self, folder: &Path, file: &Path, args: &BenchArgs) -> anyhow::Result<BenchArgs> {
-        let words = self.bench.iter().map(|word| match folder.join(word) {
-            path if !word.starts_with('-') && path.is_file() => path.into_os_string(),
-            _ => word.into(),
-        });
-        let output = ["-o".into(), args.output.join(&self.name).into_os_string()];
-        let words = words.chain(output).chain(args.overwrite.then(|| "--overwrite".into()));
+        let path_of = |word: &str| match folder.join(word) {
+            path if !word.is_empty() && path.is_file() => path.to_string_lossy().into_owned(),
+            _ => word.to_owned(),
+        };
+        let word = |word: &String| OsString::from(word.split(',').map(path_of).collect::<Vec<_>>().join(","));
+        let mut words: Vec<OsString> = self.bench.iter().map(word).collect();
+        words.extend(["-o".into(), args.output.join(&self.name).into_os_string()]);
+        if let Some([width, height]) = args.size {
+            words.push(format!("--size={width}x{height}").into());
+        }
+        words.extend(args.frames.map(|frames| format!("--frames={frames}").into()));
+        words.extend(args.tile_memory.map(|mebibytes| format!("--tile-memory={mebibytes}").into()));
+        words.extend(args.steadiness_pairs.map(|pairs| format!("--steadiness-pairs={pairs}").into()));
+        words.extend(args.overwrite.then(|| "--overwrite".into()));
         let line = PartLine::try_parse_from(words).map_err(|error| {
-            let words: Vec<String> = self.bench.clone();
-            let cause = crate::commands::misuse::describe(&error, &words, &<PartLine as clap::CommandFactory>::command());
+            let cause = describe(&error, &self.bench, &PartLine::command());
             anyhow::anyhow!("{}: part {}: {cause}", named(file), self.name)
         })?;
         if line.bench.suite.is_some() {
-            bail!("{}: part {}: a part of a suite is no suite", named(file), self.name);
+            bail!("{}: part {}: a part of a suite cannot be a suite", named(file), self.name);
         }
         Ok(line.bench)
     }
@@ -195,28 +275,29 @@ mod tests {
 
     use super::*;
 
+    fn args(words: &[&str]) -> BenchArgs {
+        PartLine::try_parse_from(words).unwrap().bench
+    }
+
     #[test]
-    fn every_built_in_suite_is_read_and_its_lines_are_understood() {
-        for suite in &BUILT_IN {
+    fn every_built_in_suite_is_understood() {
+        for suite in &SUITES {
             let folder = tempfile::tempdir().unwrap();
-            let file = suite.write(&folder.path().join(INPUTS), false).unwrap();
+            let output = folder.path().to_str().unwrap().to_owned();
+            let file = find(Path::new(suite.name), &folder.path().join(INPUTS), false).unwrap();
             // Written again, it is the same; a file of somebody else is kept.
-            suite.write(&folder.path().join(INPUTS), false).unwrap();
-            let mut words = vec!["--suite".into(), suite.name.into(), "-o".into(), folder.path().as_os_str().to_owned()];
-            let args = PartLine::try_parse_from(words.drain(..)).unwrap().bench;
+            find(Path::new(suite.name), &folder.path().join(INPUTS), false).unwrap();
+            let args = args(&["--suite", suite.name, "-o", &output, "--size", "64x36"]);
             let read = read(&file).unwrap();
-            for part in &read.parts {
-                let line = part.line(file.parent().unwrap(), &file, &args).unwrap();
-                Planned::of(&line).unwrap();
-                let published = part.published.iter().flat_map(|published| published.frame_ms.keys());
-                for style in published {
-                    assert!(line.styles.contains(style), "{}: {style} is not drawn", part.name);
-                }
+            let lines = read.lines(&file, &args).unwrap();
+            for (part, line) in &lines {
+                Planned::of(line).unwrap_or_else(|error| panic!("{}: {}: {error:#}", suite.name, part.name));
+                assert_eq!(line.size, Some([64, 36]));
             }
             atomic::write(&file, b"title = 1").unwrap();
             assert!(suite.write(&folder.path().join(INPUTS), false).is_err());
             // Planted: a part with an option that does not exist.
-            let part = Part { bench: vec!["--stiles".to_owned()], ..read.parts.into_iter().next().unwrap() };
+            let part = Part { bench: vec!["--stiles".to_owned()], ..lines[0].0.clone() };
             let error = part.line(folder.path(), &file, &args).unwrap_err().to_string();
             assert!(error.contains("--stiles") && error.contains(&part.name), "{error}");
         }
@@ -226,17 +307,31 @@ mod tests {
     fn a_wrong_suite_is_one_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("own.toml");
-        let part = "[[parts]]\nname = \"a\"\ntitle = \"A\"\nbench = []\n";
+        let begin = "title = \"t\"\nabout = \"\"\n[[tables]]\ntitle = \"a table\"\n";
+        let part = "[[tables.parts]]\nname = \"a\"\nbench = []\n";
         for (text, cause) in [
-            ("title = 1", ":1: "),
-            ("title = \"t\"\nabout = \"\"\nparts = []", "no parts"),
-            (&format!("title = \"t\"\nabout = \"\"\n{}", part.replace("\"a\"", "\"../a\"")), "cannot be the name"),
-            (&format!("title = \"t\"\nabout = \"\"\n{part}{part}"), "two parts are called a"),
-            (&format!("title = \"t\"\nabout = \"\"\n{part}speed = 1\n"), "speed"),
+            ("title = 1".to_owned(), ":1: "),
+            ("title = \"t\"\nabout = \"\"\ntables = []".to_owned(), "no parts"),
+            (format!("{begin}{}", part.replace("\"a\"", "\"../a\"")), "cannot be the folder"),
+            (format!("{begin}{part}{part}"), "two parts are called a"),
+            (format!("{begin}{part}speed = 1\n"), "speed"),
+            (format!("{begin}columns = [\"gpu_mb\"]\n{part}"), "gpu_ms"),
         ] {
             atomic::write(&file, text.as_bytes()).unwrap();
             let error = read(&file).unwrap_err().to_string();
             assert!(error.contains("own.toml") && error.contains(cause) && !error.contains('\n'), "{text}: {error}");
         }
+        let error = find(Path::new("pietrock"), folder.path(), false).unwrap_err().to_string();
+        assert!(error.contains("pietrok") && error.contains("forest"), "{error}");
+    }
+
+    #[test]
+    fn a_part_that_fails_is_in_the_report() {
+        let part = Part { name: "low".to_owned(), bench: Vec::new() };
+        let mut table = TableReport::default();
+        add(&mut table, &part, false, Err(anyhow::anyhow!("cause").context("failed")));
+        assert_eq!(table.parts[0].error.as_deref(), Some("failed: cause"));
+        let report = SuiteReport { tables: vec![table], ..SuiteReport::default() };
+        assert_eq!(report.failed().collect::<Vec<_>>(), ["low"]);
     }
 }

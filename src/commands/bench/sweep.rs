@@ -78,8 +78,8 @@ pub(super) struct Variant {
 
 impl Variant {
     fn as_it_is(args: &BenchArgs, style: Style) -> Self {
-        let &BenchArgs { size: size_px, lod_error: lod_error_px, antialias, .. } = args;
-        Self { style, setting: BTreeMap::new(), size_px, lod_error_px, antialias }
+        let &BenchArgs { lod_error: lod_error_px, antialias, .. } = args;
+        Self { style, setting: BTreeMap::new(), size_px: args.size_px(), lod_error_px, antialias }
     }
 
     /// Returns the style `name` of the command line, followed by itself with each setting of the sweeps.
@@ -107,7 +107,7 @@ impl Variant {
                 "antialias" => variant.antialias = text.parse().map_err(wrong)?,
                 SCALE => {
                     let scale = SCALES.parse(text).map_err(wrong)?;
-                    variant.size_px = args.size.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+                    variant.size_px = args.size_px().map(|side| ((f64::from(side) * scale).round() as u32).max(1));
                 }
                 _ => values.push(SetValue { key: (*key).to_owned(), text: (*text).to_owned() }),
             }
