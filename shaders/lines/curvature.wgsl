@@ -10,14 +10,17 @@
 // (radial.wgsl) the curvature is bilinear, and its value divided by its gradient is the distance from the line, in
 // pixels.
 //
-// Coordinate u runs along a line, perpendicular to the projected normal, and v across it is the distance. The thesis
-// has both for contours alone, since a suggestive contour is not perpendicular to the normal. Here its direction is
-// that of the zero line, so both kinds of line have them. u makes lines swing from side to side, v gives them soft
-// borders.
+// Coordinate u runs along a line, and v across it is the distance, in pixels. The thesis has both for contours alone,
+// since a suggestive contour is not perpendicular to the normal. Here its direction is that of the zero line, so both
+// kinds of line have them. u makes lines swing from side to side, v gives them soft borders.
 //
-// TEXTURED draws through a stroke texture, which repeats along u and v. Where a line bends, a u along each pixel's own
-// direction grows by the bend times the distance from the picture's corner, and the texture swirls (the thesis reports
-// "some warping"). Here u runs along the nearest of SECTORS directions, and is blended into the next one.
+// The thesis measures u on the page, so a texture slides over the land as the camera moves, and swirls where a line
+// bends ("some warping"). Here u is the distance along the surface's own curve: the position on an axis of the world
+// that is near the line's direction there, one of AXES around the compass or the height, in texels of a ladder of
+// scales on which a texel is about a pixel (Benard and others 2009, as for hatching). Two axes, and two scales, blend
+// into each other.
+//
+// TEXTURED draws through a stroke texture, which repeats along u and v.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::seen::{normal_seen, place_seen}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
@@ -40,6 +43,9 @@ struct CurvatureLines {
     // Amplitude and wavelength of the wave that displaces lines sideways.
     warp_px: f32,
     warp_length_px: f32,
+    // Number of levels of the ladder, and the number of the first.
+    level_count: i32,
+    first_level: i32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -51,11 +57,14 @@ struct CurvatureLines {
 // Ink of the lines of trees, from another detector; 0 where there are none.
 @group(0) @binding(6) var tree_line: texture_2d<f32>;
 @group(0) @binding(7) var line: texture_storage_2d<r32float, write>;
+// The origin's position on each axis, in texels of each level: level by level for each axis. One number if nothing
+// depends on u.
+@group(0) @binding(8) var<storage, read> line_phases: array<f32>;
 #ifdef TEXTURED
 // The brush; its tile holds pigment and threshold.
-@group(0) @binding(8) var<uniform> brush: Brush;
-@group(0) @binding(9) var brush_tile: texture_2d<f32>;
-@group(0) @binding(10) var brush_sampler: sampler;
+@group(0) @binding(9) var<uniform> brush: Brush;
+@group(0) @binding(10) var brush_tile: texture_2d<f32>;
+@group(0) @binding(11) var brush_sampler: sampler;
 #endif
 
 // Largest distance of a block from the pixel's plane, in widths of a block on the ground, to be of the same surface.
@@ -64,42 +73,103 @@ const ON_PLANE: f32 = 2.0;
 const MIN_BEND: f32 = 1e-4;
 const TURN: f32 = 6.2831855;
 
-#ifdef TEXTURED
-const SECTORS: f32 = 16.0;
+// Number of level axes; the axis of height follows them.
+const AXES: i32 = 32;
+// Sine of a line's steepness between which the axis of height replaces level ones.
+const LEVEL_UP_TO: f32 = 0.6;
+const UPRIGHT_FROM: f32 = 0.8;
+// Part of the way to the next axis or scale from which it fades in, and at which it has replaced the first.
+const FADE_FROM: f32 = 0.3;
+const FADE_TO: f32 = 0.7;
 
-// Returns the ink of the texture in one sector.
-fn ink_in_sector(pixel: vec2<i32>, sector: f32, across_px: f32, half_width_px: f32) -> f32 {
-    let angle = sector * TURN / SECTORS;
-    let u_px = dot(vec2<f32>(pixel + view.origin_px), vec2<f32>(cos(angle), sin(angle)));
-    let uv = brush_uv(brush, u_px, across_px, max(half_width_px, 0.25), u32(sector));
-    let texel = textureSampleLevel(brush_tile, brush_sampler, uv, 0.0).xy;
-    return brush_ink(brush, texel, 1.0, abs(across_px), half_width_px);
+// A line at a pixel.
+struct Along {
+    // Relative to the origin of positions.
+    at_m: vec3<f32>,
+    // The step along the line from pixel to pixel.
+    step_m: vec3<f32>,
+    // Azimuth of that step, in axes around the compass.
+    azimuth: f32,
+    // Weight of the axis of height.
+    upright: f32,
 }
 
-// Returns the ink of a line along a direction, at a distance from its centre.
-fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32) -> f32 {
+// A way to measure u: its value in pixels, its weight, and the number of axis and level.
+struct Measured {
+    u_px: f32,
+    weight: f32,
+    id: u32,
+}
+
+// Number of ways: two scales for each of two level axes, and of the height.
+const WAYS: u32 = 6u;
+
+// Returns a line at a pixel; `along` is its direction on the page.
+fn along_line(at: vec4<f32>, along: vec2<f32>) -> Along {
+    let step_m = (view.ray_dx * along.x + view.ray_dy * along.y) * at.w;
+    let steepness = abs(step_m.z) / max(length(step_m), 1e-20);
+    let azimuth = (atan2(step_m.x, step_m.y) / TURN + 1.0) * f32(AXES);
+    return Along(at.xyz, step_m, azimuth, smoothstep(LEVEL_UP_TO, UPRIGHT_FROM, steepness));
+}
+
+fn measured(line: Along, way: u32) -> Measured {
+    let is_upright = way >= 4u;
+    let first = floor(line.azimuth);
+    let is_second = (way & 2u) != 0u;
+    let next = smoothstep(FADE_FROM, FADE_TO, line.azimuth - first);
+    let of_azimuth = (1.0 - line.upright) * select(1.0 - next, next, is_second);
+    let of_axis = select(of_azimuth, line.upright, is_upright);
+    let azimuth = (i32(first) + select(0, 1, is_second)) % AXES;
+    let angle = f32(azimuth) * TURN / f32(AXES);
+    let axis = select(vec3<f32>(sin(angle), cos(angle), 0.0), vec3<f32>(0.0, 0.0, 1.0), is_upright);
+    let change_m = max(abs(dot(axis, line.step_m)), 1e-12);
+    let step = clamp(2.0 * log2(change_m) - f32(curvature_lines.first_level), 0.0, f32(curvature_lines.level_count) - 1.001);
+    let coarser = smoothstep(FADE_FROM, FADE_TO, fract(step));
+    let is_coarser = (way & 1u) != 0u;
+    let level = i32(floor(step)) + select(0, 1, is_coarser);
+    let number = select(azimuth, AXES, is_upright) * curvature_lines.level_count + level;
+    let texels_per_m = exp2(-0.5 * f32(level + curvature_lines.first_level));
+    let u_px = line_phases[number] + dot(axis, line.at_m) * texels_per_m;
+    return Measured(u_px, of_axis * select(1.0 - coarser, coarser, is_coarser), u32(number));
+}
+
+#ifdef TEXTURED
+// Returns the ink of a line at a distance from its centre.
+fn ink_of(line: Along, across_px: f32, half_width_px: f32) -> f32 {
     let covered = clamp(half_width_px + 0.5 - abs(across_px), 0.0, 1.0);
     if covered <= 0.0 {
         return 0.0;
     }
-    let at = (atan2(along.y, along.x) / TURN + 1.0) * SECTORS;
-    let next = smoothstep(0.3, 0.7, fract(at));
-    let first = floor(at) % SECTORS;
-    return covered * mix(ink_in_sector(pixel, first, across_px, half_width_px),
-        ink_in_sector(pixel, (first + 1.0) % SECTORS, across_px, half_width_px), next);
+    var ink = 0.0;
+    for (var way = 0u; way < WAYS; way++) {
+        let by = measured(line, way);
+        if by.weight > 0.0 {
+            let uv = brush_uv(brush, by.u_px, across_px, max(half_width_px, 0.25), by.id);
+            let texel = textureSampleLevel(brush_tile, brush_sampler, uv, 0.0).xy;
+            ink += by.weight * brush_ink(brush, texel, 1.0, abs(across_px), half_width_px);
+        }
+    }
+    return covered * ink;
 }
 #else
 // Returns the ink of a line at a distance from its centre.
-fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32) -> f32 {
+fn ink_of(line: Along, across_px: f32, half_width_px: f32) -> f32 {
     let border_px = max(curvature_lines.taper * half_width_px, 0.5);
     return clamp((half_width_px + 0.5 * border_px - abs(across_px)) / border_px, 0.0, 1.0);
 }
 #endif
 
-// Returns the sideways swing of a line at a position along it on the picture.
-fn swing_px(pixel: vec2<i32>, along: vec2<f32>) -> f32 {
-    let u_px = dot(vec2<f32>(pixel + view.origin_px), along);
-    return curvature_lines.warp_px * sin(u_px * TURN / curvature_lines.warp_length_px);
+// Returns the sideways swing of a line.
+fn swing_px(line: Along) -> f32 {
+    if curvature_lines.warp_px == 0.0 {
+        return 0.0;
+    }
+    var swing = 0.0;
+    for (var way = 0u; way < WAYS; way++) {
+        let by = measured(line, way);
+        swing += by.weight * sin(by.u_px * TURN / curvature_lines.warp_length_px);
+    }
+    return curvature_lines.warp_px * swing;
 }
 
 // Values interpolated between four blocks around a pixel.
@@ -183,20 +253,22 @@ fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 
     let along = normalize(vec2<f32>(aside.y, -aside.x) + vec2<f32>(1e-9, 0.0));
     // The whole line is on the visible side.
     let half_px = 0.5 * curvature_lines.width_px;
-    return ink_of(pixel, along, from_contour_px - half_px - 0.5 * (swing_px(pixel, along) + curvature_lines.warp_px), half_px);
+    let line = along_line(at, along);
+    return ink_of(line, from_contour_px - half_px - 0.5 * (swing_px(line) + curvature_lines.warp_px), half_px);
 }
 
-fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
+fn suggestive_ink(at: vec4<f32>, seen: Between) -> f32 {
     let steepness = length(seen.slope);
     let half_px = 0.5 * curvature_lines.suggestive_px;
     if half_px <= 0.0 || !seen.is_whole || steepness <= 0.0 || seen.own.z > curvature_lines.largest_cosine || seen.own.z <= 0.0 {
         return 0.0;
     }
     let along = vec2<f32>(seen.slope.y, -seen.slope.x) / steepness;
-    let across_px = seen.own.x / steepness - swing_px(pixel, along);
+    let line = along_line(at, along);
+    let across_px = seen.own.x / steepness - swing_px(line);
     // Lines fade in and out with the rise.
     let strength = clamp(seen.own.y / max(curvature_lines.min_rise, 1e-4) - 1.0, 0.0, 1.0);
-    return ink_of(pixel, along, across_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
+    return ink_of(line, across_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
 }
 
 @compute @workgroup_size(8, 8)
@@ -211,7 +283,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let n = normal_seen(normal, pixel);
         let seen = between(pixel, at, n);
         if seen.is_there {
-            ink = max(ink, max(contour_ink(pixel, at, n, seen.own.x), suggestive_ink(pixel, seen)));
+            ink = max(ink, max(contour_ink(pixel, at, n, seen.own.x), suggestive_ink(at, seen)));
         }
     }
     textureStore(line, pixel, vec4<f32>(ink, 0.0, 0.0, 0.0));

@@ -117,7 +117,9 @@ fn by_curvature(
     let (_, radial) = curvatures(recorder, settings.feature_px, on, targets);
     let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
     let (radial, tree_line) = (&radial, &tree_line);
-    let drawn = curvature::Inputs { view, settings, surface_id, distance, normal, radial, tree_line, line: &line };
+    let origin_m = inputs.rig.origin_m;
+    let drawn =
+        curvature::Inputs { view, settings, origin_m, surface_id, distance, normal, radial, tree_line, line: &line };
     curvature::run(recorder, &drawn);
     line
 }

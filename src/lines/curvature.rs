@@ -3,13 +3,23 @@
 //!
 //! Why: `docs/decisions/curvature.md`.
 
+use glam::DVec3;
+
 use crate::gpu::bind::Resource;
+use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Group, Target, TargetKind};
-use crate::gpu::wgsl::lines::curvature::CurvatureLines;
+use crate::gpu::wgsl::lines::curvature::{AXES, CurvatureLines};
 use crate::lines::strokes::texture::StrokeTexture;
 use crate::style::Curvature;
+use crate::surface::ladder::{self, compass};
+
+/// Position of the origin on each axis and level: the coordinates along lines.
+const LINE_PHASES: BufferKind = BufferKind::storage("line phases");
+
+/// Length after which the coordinates along lines without a texture repeat, in pixels.
+const REPEATS_PX: f32 = 4096.0;
 
 /// Ink of the lines: 0 is none, 1 is full.
 pub(crate) const CURVATURE_LINE: TargetKind = TargetKind::storage(
@@ -23,6 +33,8 @@ pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The section `[curvature]` of the style.
     pub settings: &'a Curvature,
+    /// The rig's origin in the world, to which positions are relative.
+    pub origin_m: DVec3,
     /// Surface ids, to leave out trees, which have no curvature.
     pub surface_id: &'a Target,
     pub distance: &'a Target,
@@ -38,6 +50,8 @@ pub(crate) struct Inputs<'a> {
 /// Writes the contours and suggestive contours of the land, and the lines of trees, to `line`.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let settings = inputs.settings;
+    let texture = settings.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
+    let repeats_px = settings.texture.as_ref().map_or(REPEATS_PX, |recipe| recipe.tile.along_px as f32);
     let lines = CurvatureLines {
         width_px: settings.width_px,
         suggestive_px: settings.width_px * settings.suggestive,
@@ -45,9 +59,17 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         largest_cosine: settings.facing_deg.to_radians().cos(),
         taper: settings.taper,
         warp_px: settings.warp_px,
-        warp_length_px: settings.warp_length_px,
+        // A whole number of waves fits where the coordinates begin again.
+        warp_length_px: repeats_px / (repeats_px / settings.warp_length_px).round().max(1.0),
+        level_count: ladder::LEVELS as i32,
+        first_level: ladder::FIRST_LEVEL,
     };
-    let texture = settings.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
+    let phases = if settings.texture.is_some() || settings.warp_px > 0.0 {
+        let axes: Vec<DVec3> = compass(AXES as usize).map(|to| to.extend(0.0)).chain([DVec3::Z]).collect();
+        ladder::phases(&axes, inputs.origin_m, repeats_px.into())
+    } else {
+        vec![0.0]
+    };
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("curvature_lines", recorder.uniform("curvature lines", &lines)),
@@ -57,6 +79,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("radial", inputs.radial.into()),
         ("tree_line", inputs.tree_line.into()),
         ("line", inputs.line.into()),
+        ("line_phases", recorder.upload(&LINE_PHASES, &phases).binding()),
     ];
     // A texture may be growing still, while the pipeline can be compiled.
     let is_prewarmed = recorder.prewarms() && settings.texture.is_some();

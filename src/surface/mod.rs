@@ -18,6 +18,7 @@ pub(crate) mod lakes;
 pub(crate) mod water;
 pub(crate) mod curvature;
 pub(crate) mod bend_axis;
+pub(crate) mod ladder;
 pub(crate) mod rims;
 pub(crate) mod rows;
 pub(crate) mod motion;

@@ -90,7 +90,7 @@ fn a_wrong_suite_is_one_line() {
     let line = ["bench", "--suite", "suite", "-o", "out"];
     for (old, new, cause) in [
         ("\"plain,own.toml\"", "\"plain,own.tml\"", "part lines"),
-        ("--styles\", \"plain\"", "--stiles\", \"plain\"", "part small: --stiles"),
+        ("--styles\", \"plain\"", "--stiles\", \"plain\"", "part small: unknown option"),
         ("columns = [\"bytes_per_pixel\"]", "columns = [\"bytes\"]", "bytes_per_pixel"),
         ("title = \"Sizes\"", "titel = \"Sizes\"", "suite.toml:15"),
         ("name = \"small\"", "name = \"lines\"", "two parts are called lines"),

@@ -8,8 +8,9 @@ use hachure::lines::curvature::CURVATURE_LINE;
 use hachure::lines::strokes::texture::{Brush, grow};
 use hachure::style::texture::Recipe;
 use hachure::style::{Detector, Style};
+use hachure::surface::DISTANCE;
 
-use crate::tests::common::all_lines;
+use crate::tests::common::{World, all_lines, grid_of};
 use crate::tests::common::draw::{NOON, draw, floats, still};
 use crate::tests::helpers::shapes;
 
@@ -109,4 +110,60 @@ fn textures_run_along_lines_of_pixels() {
         assert!(name != "brush" || along.1 < 0.6 * across.0);
         assert!(solid.changes(4.0, 0.0)[0] < 1e-3);
     }
+}
+
+/// Height of a ridge from west to east that is the same everywhere along it.
+fn ridge_m(_: f64, north_m: f64) -> f64 {
+    120.0 * (-(north_m / 150.0).powi(2)).exp()
+}
+
+/// Correlation of two sequences, of which the second one begins `shift` places later.
+fn correlation(a: &[f64], b: &[f64], shift: isize) -> f64 {
+    let pairs: Vec<(f64, f64)> = a
+        .iter()
+        .enumerate()
+        .filter_map(|(place, value)| Some((*value, *b.get(usize::try_from(place as isize + shift).ok()?)?)))
+        .collect();
+    let count = pairs.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+    let (mean_a, mean_b) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    let product = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+    let both = product(&|(a, b)| (a - mean_a) * (b - mean_b));
+    both / (product(&|(a, _)| (a - mean_a).powi(2)) * product(&|(_, b)| (b - mean_b).powi(2))).sqrt()
+}
+
+#[test]
+fn textures_stay_on_the_land_as_the_camera_moves() {
+    const MOVED_M: f64 = 21.0;
+    let Some(mut world) = World::new(grid_of(401, 401, 4.0, ridge_m), 0.2) else { return };
+    let mut style = style(Some("charcoal"));
+    style.curvature.width_px = 12.0;
+    // The mean ink of each column, and the step from pixel to pixel along the ridge.
+    let mut columns = |east_m: f64| {
+        let view = still(world.pose(&format!("{east_m},-420,190,0,-12,50")), SIZE_PX);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
+        let line = floats::<1>(&world.gpu, renderer.target(&CURVATURE_LINE).unwrap());
+        let distance_m = floats::<1>(&world.gpu, renderer.target(&DISTANCE).unwrap());
+        let width = SIZE_PX[0] as usize;
+        let inked = (0..line.len()).filter(|pixel| line[*pixel][0] > 0.5);
+        let away_m: Vec<f64> = inked.map(|pixel| distance_m[pixel][0].into()).collect();
+        let away_m = away_m.iter().sum::<f64>() / away_m.len() as f64;
+        let inks: Vec<f64> = (0..width)
+            .map(|column| line.iter().skip(column).step_by(width).map(|[ink]| f64::from(*ink)).sum())
+            .collect();
+        (inks, away_m / view.focal_px())
+    };
+    let (before, step_m) = columns(0.0);
+    let (after, _) = columns(MOVED_M);
+    assert!(before.iter().sum::<f64>() > 2.0 * f64::from(SIZE_PX[0]));
+    // What was seen in a column is seen to the left of it.
+    let expected = -MOVED_M / step_m;
+    let best = (-100..=100).max_by(|a, b| correlation(&before, &after, *a).total_cmp(&correlation(&before, &after, *b)));
+    let best = best.unwrap();
+    let [there, page] = [best, 0].map(|shift| correlation(&before, &after, shift));
+    println!("the ridge moves by {expected:.1} px, its texture by {best} px ({there:.2}); fixed to the page: {page:.2}");
+    assert!((best as f64 - expected).abs() < 1.0 && there > 0.7, "{best} px instead of {expected:.1}");
+    // Planted: a texture that is fixed to the page is where it was.
+    assert!(page < 0.5);
 }

@@ -7,24 +7,11 @@ use glam::{DVec2, DVec3};
 pub(crate) use crate::gpu::wgsl::shared::hatched_surface::Axis;
 pub(crate) use crate::gpu::wgsl::tones::fractal_hatching::Cell;
 use crate::style::hatching::{Direction, MAX_SETS, MarkSet};
+use crate::surface::ladder::{GOLDEN, compass};
+pub(crate) use crate::surface::ladder::{FIRST_LEVEL, LEVELS, phases, to_azimuth};
 
 /// Number of level axes around the compass, and of axes that fall at 45°.
 const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
-
-/// The first level of the ladder of scales: the side of its texels is 2^(first / 2) metres.
-pub(crate) const FIRST_LEVEL: i32 = -44;
-
-/// Number of levels: texels from 0.2 µm to 47 km. A lens of 1° at 0.1 m needs the former, a lens of 150° in space the
-/// latter.
-pub(crate) const LEVELS: usize = 76;
-
-/// The golden section, whose multiples are evenly distributed between whole numbers.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
-
-/// Returns the unit vector toward an azimuth, clockwise from north.
-pub(crate) fn to_azimuth(rad: f64) -> DVec2 {
-    DVec2::new(rad.sin(), rad.cos())
-}
 
 /// Returns the azimuth of a set's fixed direction: its own, or the one that it uses on level land.
 pub(crate) fn fixed_rad(set: &MarkSet) -> f64 {
@@ -36,10 +23,8 @@ const SLOW: f64 = 0.125;
 
 /// Returns all axes in world space, as unit vectors apart from the slow ones, which come last.
 pub(crate) fn axes(sets: &[MarkSet]) -> Vec<DVec3> {
-    let step_rad = std::f64::consts::TAU / AZIMUTHS as f64;
-    let compass = || (0..AZIMUTHS).map(move |step| to_azimuth(step as f64 * step_rad));
-    let level = compass().map(|to| to.extend(0.0));
-    let falling = compass().map(|to| to.extend(-1.0).normalize());
+    let level = compass(AZIMUTHS).map(|to| to.extend(0.0));
+    let falling = compass(AZIMUTHS).map(|to| to.extend(-1.0).normalize());
     let along = |i: usize| sets.get(i).map_or(DVec2::Y, |set| to_azimuth(fixed_rad(set)));
     let fixed = (0..MAX_SETS).flat_map(|i| {
         let along = along(i);
@@ -47,22 +32,6 @@ pub(crate) fn axes(sets: &[MarkSet]) -> Vec<DVec3> {
     });
     let slow = (0..MAX_SETS).map(|i| SLOW * along(i).extend(0.0));
     level.chain(falling).chain([DVec3::Z]).chain(fixed).chain(slow).collect()
-}
-
-/// Returns the camera's position on each axis at each level, in texels, from 0 to `side`, after which a tile repeats:
-/// the levels of the first axis, then those of the next. Each axis and level has its own offset, so that scales do not
-/// agree at the origin.
-pub(crate) fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
-    let mut phases = Vec::with_capacity(axes.len() * LEVELS);
-    for (number, axis) in axes.iter().enumerate() {
-        let along_m = axis.dot(camera_m);
-        for level in 0..LEVELS {
-            let texel_m = (0.5 * f64::from(level as i32 + FIRST_LEVEL)).exp2();
-            let shift = ((number * LEVELS + level) as f64 * GOLDEN).fract();
-            phases.push(((along_m / (texel_m * side) + shift).rem_euclid(1.0) * side) as f32);
-        }
-    }
-    phases
 }
 
 /// Returns the axes in the form that the shaders read.
