@@ -74,7 +74,7 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
     ensure!(status.success(), "{style} of {} was not drawn", place.name);
     if place.map.is_some() {
         // The page needs no georeference.
-        for side in ["pgw", "prj"] {
+        for side in ["pgw", "png.aux.xml"] {
             std::fs::remove_file(picture.with_extension(side))?;
         }
     }
