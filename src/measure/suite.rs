@@ -166,9 +166,7 @@ static QUANTITIES: [Quantity; 19] = [
     more("record_ms", "record ms", 2, |run, _| Some(run.cpu_ms.record?.p50)),
     more("triangles", "triangles", 0, |run, _| Some(run.triangles? as f64)),
     more("gpu_megabytes", "GPU MB", 0, |run, _| Some(run.memory.gpu_bytes? as f64 / 1e6)),
-    more("late_percent", "late %", 1, |run, _| {
-        Some(100.0 * run.tiles.late_frames? as f64 / run.frames.max(1) as f64)
-    }),
+    more("late_percent", "late %", 1, |run, _| Some(100.0 * run.tiles.late_frames? as f64 / run.frames.max(1) as f64)),
     more("surface_error_px", "surface px", 2, |run, _| Some(run.lod_error_px?.p99)),
     more("lines_lost_percent", "lines lost %", 2, |run, _| {
         Some(100.0 * (1.0 - metric(run.exactness.as_ref(), "line_recall")?))
@@ -236,20 +234,19 @@ impl TableReport {
             let is_of_passes = [PASSES_MS, PASSES_GIGABYTES].contains(&quantity.key) && !self.passes.is_empty();
             quantity.is_usual || is_of_passes || self.columns.iter().any(|key| key == quantity.key)
         };
-        let has_value = |quantity: &&Quantity| {
-            self.rows.iter().any(|row| metric(Some(&row.values), quantity.key).is_some())
-        };
+        let has_value =
+            |quantity: &&Quantity| self.rows.iter().any(|row| metric(Some(&row.values), quantity.key).is_some());
         QUANTITIES.iter().filter(is_shown).filter(has_value)
     }
 
     /// Returns the cells, with a row of headings first.
     fn cells(&self) -> Vec<Vec<String>> {
-        let number = |value: Option<f64>, decimals: usize| {
-            value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"))
-        };
-        let published = self.published.as_ref().and_then(|published| {
-            QUANTITIES.iter().find(|quantity| quantity.key == published.quantity)
-        });
+        let number =
+            |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"));
+        let published = self
+            .published
+            .as_ref()
+            .and_then(|published| QUANTITIES.iter().find(|quantity| quantity.key == published.quantity));
         let quantities: Vec<&Quantity> = self.quantities().collect();
         let mut heads = vec![String::new()];
         for quantity in &quantities {
@@ -288,7 +285,9 @@ impl TableReport {
         if !self.passes.is_empty() {
             notes.push(format!("Passes: {}", self.passes.join(", ")));
         }
-        notes.extend(self.parts.iter().filter_map(|part| Some(format!("{} failed: {}", part.name, part.error.as_ref()?))));
+        notes.extend(
+            self.parts.iter().filter_map(|part| Some(format!("{} failed: {}", part.name, part.error.as_ref()?))),
+        );
         notes
     }
 
@@ -344,7 +343,12 @@ impl SuiteReport {
     fn html(&self) -> String {
         let escape = super::report_html::escape;
         let mut page = super::report_html::page_head(TITLE);
-        page += &format!("<h1>{}</h1>\n<p>{}</p>\n<p>{}</p>\n", escape(&self.suite), escape(&self.about), escape(&self.adapter));
+        page += &format!(
+            "<h1>{}</h1>\n<p>{}</p>\n<p>{}</p>\n",
+            escape(&self.suite),
+            escape(&self.about),
+            escape(&self.adapter)
+        );
         page += "<p class=\"faint\">Times are medians; a ratio is to the first row of its table. GB moved is what the passes \
                  of a frame read and write, which is the same on every GPU.</p>\n";
         if self.is_software {
@@ -364,9 +368,8 @@ impl SuiteReport {
                 page += &format!("<p class=\"faint\">{}</p>\n", escape(&note));
             }
             let measured = table.parts.iter().filter(|part| part.error.is_none());
-            let links: Vec<String> = measured
-                .map(|part| format!("<a href=\"{0}/report.html\">{0}</a>", escape(&part.name)))
-                .collect();
+            let links: Vec<String> =
+                measured.map(|part| format!("<a href=\"{0}/report.html\">{0}</a>", escape(&part.name))).collect();
             if !links.is_empty() {
                 page += &format!("<p class=\"faint\">Reports: {}</p>\n", links.join(", "));
             }
@@ -400,11 +403,8 @@ mod tests {
     }
 
     fn table(first: &str) -> TableReport {
-        let report = Report {
-            size_px: [1000, 500],
-            runs: vec![run(first, 8.0), run("green", 12.0)],
-            ..Report::default()
-        };
+        let report =
+            Report { size_px: [1000, 500], runs: vec![run(first, 8.0), run("green", 12.0)], ..Report::default() };
         let values = [("plain", 10.0), ("green", 30.0), ("Bunny", 14.7)];
         let published = Published {
             source: "a <paper>".to_owned(),
@@ -467,7 +467,13 @@ mod tests {
         let text = std::fs::read_to_string(&json).unwrap();
         assert_eq!(serde_json::from_str::<SuiteReport>(&text).unwrap(), report);
         let page = std::fs::read_to_string(&page).unwrap();
-        for part in ["Wide &amp; low, 1000 × 500 pixels", "a &lt;paper&gt;", "<td>3.00</td>", "low failed: no GPU", "wide/report.html"] {
+        for part in [
+            "Wide &amp; low, 1000 × 500 pixels",
+            "a &lt;paper&gt;",
+            "<td>3.00</td>",
+            "low failed: no GPU",
+            "wide/report.html",
+        ] {
             assert!(page.contains(part), "{part}: {page}");
         }
         assert!(!page.contains("low/report.html"));

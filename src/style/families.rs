@@ -48,16 +48,9 @@ impl Family {
                 "dry-ink",
             ],
             Self::Map => &["hachures", "rock", "relief", "panorama"],
-            Self::Color => &[
-                "wash",
-                "hokusai",
-                "night",
-                "orange",
-                "orange-curvature",
-                "cartoon",
-                "green",
-                "green-curvature",
-            ],
+            Self::Color => {
+                &["wash", "hokusai", "night", "orange", "orange-curvature", "cartoon", "green", "green-curvature"]
+            }
             Self::Baseline => &["plain", "lsa-base", "lsa-full", "sobel", "roystan"],
         }
     }

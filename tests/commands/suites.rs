@@ -52,7 +52,10 @@ fn a_suite_is_measured_as_its_parts_are() {
     assert_eq!(run.status.code(), Some(1), "{errors}");
     assert!(errors.contains("part 3 of 3: broken") && errors.contains("not measured: broken"), "{errors}");
     let report: Value = serde_json::from_slice(&run.stdout).unwrap();
-    assert_eq!(report, serde_json::from_str::<Value>(&std::fs::read_to_string(place.path("out/suite.json")).unwrap()).unwrap());
+    assert_eq!(
+        report,
+        serde_json::from_str::<Value>(&std::fs::read_to_string(place.path("out/suite.json")).unwrap()).unwrap()
+    );
     let [lines, sizes] = [0, 1].map(|number| &report["tables"][number]);
     assert_eq!(sizes["rows"].as_array().unwrap().len(), 1, "{report}");
     assert!(sizes["parts"][1]["error"].as_str().unwrap().contains("broken.asc"), "{report}");

@@ -210,7 +210,12 @@ fn read(file: &Path) -> anyhow::Result<SuiteFile> {
             if !suite::keys().contains(&key.as_str()) {
                 let meant = did_you_mean(key, suite::keys());
                 let known = suite::keys().join(", ");
-                bail!("{}: table {}: there is no column {}{meant}; columns: {known}", named(file), quoted(&table.title), quoted(key));
+                bail!(
+                    "{}: table {}: there is no column {}{meant}; columns: {known}",
+                    named(file),
+                    quoted(&table.title),
+                    quoted(key)
+                );
             }
         }
     }

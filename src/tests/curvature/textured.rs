@@ -10,8 +10,8 @@ use hachure::style::texture::Recipe;
 use hachure::style::{Detector, Style};
 use hachure::surface::DISTANCE;
 
-use crate::tests::common::{World, all_lines, grid_of};
 use crate::tests::common::draw::{NOON, draw, floats, still};
+use crate::tests::common::{World, all_lines, grid_of};
 use crate::tests::helpers::shapes;
 
 const SIZE_PX: [u32; 2] = [480, 480];
@@ -159,10 +159,13 @@ fn textures_stay_on_the_land_as_the_camera_moves() {
     assert!(before.iter().sum::<f64>() > 2.0 * f64::from(SIZE_PX[0]));
     // What was seen in a column is seen to the left of it.
     let expected = -MOVED_M / step_m;
-    let best = (-100..=100).max_by(|a, b| correlation(&before, &after, *a).total_cmp(&correlation(&before, &after, *b)));
+    let best =
+        (-100..=100).max_by(|a, b| correlation(&before, &after, *a).total_cmp(&correlation(&before, &after, *b)));
     let best = best.unwrap();
     let [there, page] = [best, 0].map(|shift| correlation(&before, &after, shift));
-    println!("the ridge moves by {expected:.1} px, its texture by {best} px ({there:.2}); fixed to the page: {page:.2}");
+    println!(
+        "the ridge moves by {expected:.1} px, its texture by {best} px ({there:.2}); fixed to the page: {page:.2}"
+    );
     assert!((best as f64 - expected).abs() < 1.0 && there > 0.7, "{best} px instead of {expected:.1}");
     // Planted: a texture that is fixed to the page is where it was.
     assert!(page < 0.5);

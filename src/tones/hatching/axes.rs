@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 pub(crate) use crate::gpu::wgsl::shared::hatched_surface::Axis;
 pub(crate) use crate::gpu::wgsl::tones::fractal_hatching::Cell;
 use crate::style::hatching::{Direction, MAX_SETS, MarkSet};
-use crate::surface::ladder::{GOLDEN, compass};
 pub(crate) use crate::surface::ladder::{FIRST_LEVEL, LEVELS, phases, to_azimuth};
+use crate::surface::ladder::{GOLDEN, compass};
 
 /// Number of level axes around the compass, and of axes that fall at 45°.
 const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
