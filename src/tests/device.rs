@@ -81,7 +81,7 @@ impl Edited<'_> {
 
     /// Draws a style until it has settled, then the edited one for a frame, and returns what the edit cost.
     fn cost(&mut self, style: &Style, edited: &Style) -> Cost {
-        for _ in 0..12 {
+        for _ in 0..if common::full() { 12 } else { 6 } {
             self.draw(style);
         }
         let (built, made, before) = (self.renderer.built_at_once(), self.world.gpu.objects_made(), self.numbers());

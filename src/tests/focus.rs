@@ -145,7 +145,7 @@ fn a_focus_that_takes_nothing_changes_no_bit() {
     let Some(mut world) = World::new(grid_of(385, 385, 60.0, rough_height_m), 1.0) else { return };
     let size_px = if common::full() { SIZE_PX } else { [128, 80] };
     for name in common::presets() {
-        let style = Style::load(name).unwrap();
+        let style = common::preset(name);
         let mut bits = |focus: Option<Focus>| {
             let drawn = drawn_in(&mut world, &style, focus, size_px);
             drawn.ink.iter().map(|ink| ink.to_bits()).collect::<Vec<_>>()

@@ -112,7 +112,7 @@ fn a_model_is_seen_at_all_distances() {
                     heads.push(seen.head(own));
                 }
             }
-            if !common::full() && heads.len() >= 15 {
+            if !common::full() && heads.len() >= 8 {
                 break;
             }
         }

@@ -99,7 +99,8 @@ fn marks_join_without_a_seam() {
         ("add", 1.0, "slope", 12.0),
         ("blend", 1.0, "curvature", 48.0),
     ];
-    for (scale, size, direction, form_px) in cases {
+    // In the fast tier without the first case, which the second one includes.
+    for (scale, size, direction, form_px) in cases.into_iter().skip(usize::from(!common::full())) {
         let text = format!(
             "name = \"marks\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0.1\n\
              lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\nform_px = {form_px:?}\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\nsize = {size:?}\n"

@@ -58,7 +58,7 @@ fn every_preset_draws_within_the_default_limits() {
     names.sort_unstable();
     let mut pictures = Vec::new();
     for name in names {
-        let style = Style::load(name).unwrap();
+        let style = common::preset(name);
         let (within, beyond) =
             (drawing(&gpu, &mut surfaces, &style, pose), drawing(&world.gpu, &mut world.surfaces, &style, pose));
         // Higher limits of a device do not change the picture.

@@ -8,7 +8,7 @@ use hachure::scene::view::View;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::OpenWorld;
 
-use super::common::gpu;
+use super::common::{full, gpu};
 
 /// Samples along each side of the lands, and their distance in metres.
 const SIDE: u32 = 401;
@@ -225,7 +225,9 @@ fn the_start_view_frames_the_summit() {
         if !found.is_empty() {
             wrong.push(format!("{name}: {camera}: {found:?}"));
         }
-        assert_eq!(camera, world.start_camera(ASPECT), "{name}: the same world has the same view");
+        if full() || name == "radar" {
+            assert_eq!(camera, world.start_camera(ASPECT), "{name}: the same world has the same view");
+        }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }

@@ -7,10 +7,9 @@ use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 
 use crate::tests::antialias::{SIZE_PX, VIEW, apart, picture, sharpness, supersampled};
-use crate::tests::common::World;
 use crate::tests::common::draw::{draw, north_west};
+use crate::tests::common::{World, full};
 
-const FRAMES: u32 = 44;
 /// Samples of each pixel in the reference picture that a frame should match.
 const SAMPLES: u32 = 16;
 /// The first frames, which have too little history to be steady; they are not measured.
@@ -75,12 +74,12 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
     let Some(mut world) = crate::tests::antialias::fine_rough() else { return };
     // Lines of a detector crawl and strokes do not. Half of the little that strokes flicker comes from strokes that
     // appear and disappear.
-    for (name, most) in [("ink", 0.5), ("strokes", 0.6)] {
+    for (name, most, frames) in [("ink", 0.5, if full() { 44 } else { 28 }), ("strokes", 0.6, 44)] {
         // The lines that remain under a cap on crowded lines are calmer, and anti-aliasing removes a little less than
         // half of their flicker; so this style has no cap.
         let style = crate::tests::common::all_lines(name);
         let [alone, together] =
-            [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, FRAMES));
+            [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, frames));
         let number = |flown: &Flown, name: &str| flown.totals.metrics().unwrap()[name].unwrap();
         for metric in ["flicker", "flicker_ink", "e_warp", "line_coverage"] {
             println!("{name}: {metric} {:.6} → {:.6}", number(&alone, metric), number(&together, metric));

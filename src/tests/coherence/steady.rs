@@ -38,7 +38,7 @@ fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl F
 /// Returns the slow flight over procedural mountains, and one over a real mountain.
 fn flights() -> Vec<(&'static str, World, Vec<Pose>)> {
     let mut flights = Vec::new();
-    let frames = if full() { 40 } else { 24 };
+    let frames = if full() { 40 } else { 16 };
     if let Some(world) = mountains() {
         let poses = (0..=frames).map(|frame| pose(&world, frame)).collect();
         flights.push(("procedural", world, poses));
@@ -101,7 +101,7 @@ fn lines_that_take_over_are_four_times_as_still() {
 #[test]
 fn a_turn_brings_its_strokes_with_it() {
     let Some(mut world) = mountains() else { return };
-    let poses: Vec<Pose> = (0..=if full() { 30 } else { 20 }).map(|frame| turned(&world, frame)).collect();
+    let poses: Vec<Pose> = (0..=if full() { 30 } else { 14 }).map(|frame| turned(&world, frame)).collect();
     let mut flickers = |change: &dyn Fn(usize, &mut DrawnFrame)| {
         let metrics = steadiness_of(&mut world, strokes(|_| {}), &poses, change);
         let [all, coverage] = ["flicker", "line_coverage"].map(|name| metrics[name].unwrap());

@@ -5,7 +5,7 @@ use hachure::frame::Renderer;
 use hachure::surface::edges::{KIND_RIDGE, KIND_VALLEY};
 
 use crate::tests::common::draw::{NOON, draw, places_m, still};
-use crate::tests::common::{World, grid_of};
+use crate::tests::common::{World, full, grid_of};
 use crate::tests::curvature::suggestive::{SIZE_PX, drawn};
 use crate::tests::curvature::{bend, jet};
 use crate::tests::helpers::stroke_lines::covered;
@@ -142,7 +142,9 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
         let strokes = style.strokes_mut().unwrap();
         (strokes.ridge_px, strokes.ridge_bend, strokes.ridge_apparent) = (Some(1.0), MIN_BEND as f32, true);
         (strokes.ridge_width, strokes.valley_width) = (1.0, 1.0);
-        for camera in ["0,-1500,900,0,-30,50", "-900,-1300,1300,35,-37,50"] {
+        // In the fast tier each land has one of the cameras.
+        let cameras = ["0,-1500,900,0,-30,50", "-900,-1300,1300,35,-37,50"];
+        for camera in cameras.into_iter().filter(|camera| full() || (*camera == cameras[0]) == (name == "dunes")) {
             let pose = world.pose(camera);
             let view = still(pose, SIZE_PX);
             let mut renderer = Renderer::new(&world.gpu).unwrap();

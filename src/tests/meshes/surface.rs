@@ -11,6 +11,7 @@ use hachure::picture::PartRule;
 use hachure::style::Style;
 
 use crate::tests::common::draw::{NOON, draw, still};
+use crate::tests::common::full;
 use crate::tests::common::hill::Hill;
 use crate::tests::common::shot::{Shot, ink, shoot, shoot_style};
 use crate::tests::meshes::shapes;
@@ -72,7 +73,10 @@ fn position_and_normal_are_those_of_an_exact_ray() {
     let mut renderer = None;
     for (name, soup) in [("sphere", shapes::sphere(3)), ("cube", shapes::cube()), ("sheet", shapes::sheet())] {
         let mesh = Arc::new(shapes::mesh(soup));
-        for (camera, radius_m) in [("-320,-620,+8,8,3,40", 20.0), ("-900,-1200,+300,40,-14,20", 60.0)] {
+        // In the fast tier the sphere is seen from near, and the others from above.
+        let cameras = [("-320,-620,+8,8,3,40", 20.0), ("-900,-1200,+300,40,-14,20", 60.0)];
+        let is_drawn = |(_, radius_m): &(&str, f64)| full() || (*radius_m == 20.0) == (name == "sphere");
+        for (camera, radius_m) in cameras.into_iter().filter(is_drawn) {
             let stance = shapes::stance(standing_on(&hill, -300.0, -500.0, 0.5 * radius_m), 33.0, radius_m);
             let standing = shapes::place(&mut world, &mesh, &stance);
             let pose = world.pose(camera);

@@ -90,8 +90,7 @@ fn median(times_ms: &mut [f64]) -> f64 {
 #[test]
 fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
     let Some(mut world) = hill_apart() else { return };
-    let styles: Vec<Style> =
-        crate::tests::common::presets().into_iter().map(|name| Style::load(name).unwrap()).collect();
+    let styles: Vec<Style> = crate::tests::common::presets().into_iter().map(crate::tests::common::preset).collect();
     let Some(mut twins) = Twins::new(&world) else { return };
     let mut before = None;
     for style in &styles {

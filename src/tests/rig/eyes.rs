@@ -5,7 +5,7 @@ use hachure::gpu::recorder::Submits;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
-use crate::tests::common::full;
+use crate::tests::common::{full, preset};
 use crate::tests::rig::{START, differing, draw_rig, hill, seen, shifted_right, view};
 
 /// Returns a short flight of two eyes, half a metre to either side of its path.
@@ -24,7 +24,7 @@ fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
 
 /// Returns a preset whose eyes are independent in lines and marks, and without strokes, which always agree in a pair.
 fn alone(name: &str) -> Style {
-    let mut style = Style::load(name).unwrap();
+    let mut style = preset(name);
     if let Some(lines) = style.lines_mut() {
         lines.stereo = style::Stereo::Alone;
     }
@@ -76,7 +76,7 @@ fn a_rig_is_prepared_for_the_pixels_of_all_its_eyes() {
 fn one_submit_draws_what_many_draw() {
     let Some(mut world) = hill() else { return };
     for name in crate::tests::common::presets() {
-        let style = Style::load(name).unwrap();
+        let style = preset(name);
         let drawn = [Submits::Timed, Submits::Whole].map(|submits| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
             renderer.set_submits(submits);
@@ -101,7 +101,7 @@ fn an_eye_away_from_the_origin_sees_what_one_at_the_origin_sees() {
     let Some(mut world) = hill() else { return };
     let pose = world.pose(START);
     for name in ["plain", "ink", "pen", "hachures", "wash"] {
-        let style = Style::load(name).unwrap();
+        let style = preset(name);
         let mut drawn = |origin_m: glam::DVec3, shown: glam::DVec3| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
             let mut shown_pose = pose;

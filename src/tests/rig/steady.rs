@@ -8,7 +8,7 @@ use hachure::gpu::trace::FrameCounts;
 use hachure::scene::view::{Rig, View};
 use hachure::style::Style;
 
-use crate::tests::common::full;
+use crate::tests::common::{full, preset};
 use crate::tests::rig::{START, draw_rig, hill_apart, view};
 
 #[test]
@@ -16,7 +16,7 @@ fn a_steady_frame_makes_no_gpu_object() {
     let Some(mut world) = hill_apart() else { return };
     let pose = world.pose(START);
     for name in crate::tests::common::presets() {
-        let mut style = Style::load(name).unwrap();
+        let mut style = preset(name);
         if !full() {
             // Strokes that are rebuilt more often draw both kinds of frames in fewer frames.
             style.strokes_mut().into_iter().for_each(|strokes| strokes.update_every = strokes.update_every.min(3));

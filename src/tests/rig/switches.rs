@@ -13,8 +13,7 @@ fn styles_in_turns_draw_as_if_alone() {
     let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(34, |turns| turns.parse().unwrap());
     let pose = world.pose(START);
     let rig = Rig::mono(view(pose, pose));
-    let styles: Vec<Style> =
-        crate::tests::common::presets().into_iter().map(|name| Style::load(name).unwrap()).collect();
+    let styles: Vec<Style> = crate::tests::common::presets().into_iter().map(crate::tests::common::preset).collect();
     let alone: Vec<_> = styles
         .iter()
         .map(|style| {
