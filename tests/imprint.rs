@@ -98,7 +98,7 @@ fn pictures_are_drawn_again() {
     place.write("mine.toml", &format!("{}marks.toml{}", &preset[..at], &preset[end..]));
     let marks = "description = \"d\"\nkind = \"dash\"\nside_px = 64\nlength_px = 21\n";
     place.write("marks.toml", marks);
-    for arguments in ["--style ink", "--style strokes --sun 100,20", "--style mine.toml", "--style wash --dpi 150"] {
+    for arguments in ["--style ink --dpi 150", "--style strokes --sun 100,20", "--style mine.toml"] {
         place.draw(&format!("{VIEW} {arguments} -o before.png"));
         place.write("marks.toml", &marks.replace("dash", "stipple"));
         let again = place.drawn("--like before.png");

@@ -52,7 +52,9 @@ fn validate(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Opti
         .args(["render", world, "--size", "96x54", "--style", preset, "--path", "flight.csv", "--fps", "25"])
         .args(["-o", "frame%02d.png", "--antialias", "temporal"])
         .current_dir(folder)
-        .env("HACHURE_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("validation-layer"))
+        // Other test programs share the land of the built-in scenes, and Mesa's compiled shaders.
+        .env("HACHURE_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("built-in-land"))
+        .env("MESA_SHADER_CACHE_DIR", directories::BaseDirs::new().unwrap().cache_dir())
         .env("XDG_RUNTIME_DIR", folder)
         .env("XDG_CACHE_HOME", folder)
         .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")

@@ -16,7 +16,7 @@ fn installed(place: &Place, arguments: &[&str]) -> Output {
     Command::new(&copy)
         .args(arguments)
         .current_dir("/")
-        .env("HACHURE_CACHE", place.path("cache"))
+        .env("HACHURE_CACHE", &place.cache)
         .env("XDG_RUNTIME_DIR", place.path(""))
         .env_remove("RUST_LOG")
         .output()
@@ -66,7 +66,7 @@ fn a_scene_inside_draws_as_its_file_does() {
         println!("skipped: no GPU");
         return;
     }
-    let place = Place::empty();
+    let place = Place::with_built_in_land();
     let mut pictures = Vec::new();
     let scene_file = checked_in("terrain/hut.toml");
     for (world, name) in [("hut", "inside.png"), (scene_file.as_str(), "file.png"), ("", "without.png")] {

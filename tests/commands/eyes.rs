@@ -37,7 +37,7 @@ fn a_pair_is_its_eyes_and_eyes_at_one_place_are_mono() {
     }
     let place = Place::empty();
     dem(&place);
-    for style in ["ink", "strokes", "crosshatch"] {
+    for style in ["ink", "strokes"] {
         let of =
             |eyes: &str, more: &[&str]| drawn(&place, "out.png", &[&["--style", style, "--eyes", eyes], more].concat());
         let wide = ["--ipd", "40", "--convergence", "900"];

@@ -9,7 +9,7 @@ use crate::Place;
 use crate::dem::{SIZE, SPACING_M, dem};
 
 const PATH: &str = "t,x,y,z,yaw,pitch,fov\n0,-300,-900,+200,0,-10,50\n4,200,-500,+150,30,-14,50\n";
-const RENDER: [&str; 8] = ["render", "dem.tif", "--path", "path.csv", "--fps", "10", "--size", "96x54"];
+const RENDER: [&str; 8] = ["render", "dem.tif", "--path", "path.csv", "--fps", "10", "--size", "64x36"];
 
 /// Returns a folder with a DEM and a path; `None` without a GPU.
 fn place() -> Option<Place> {

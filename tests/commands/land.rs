@@ -18,9 +18,8 @@ fn has_gpu() -> bool {
     has
 }
 
-/// Returns a folder with a DEM of a valley between two slopes, `valley.asc`.
-fn place() -> Place {
-    let place = Place::empty();
+/// Writes a DEM of a valley between two slopes, `valley.asc`.
+fn with_valley(place: Place) -> Place {
     let mut text = "ncols 120\nnrows 100\nxllcorner 0\nyllcorner 0\ncellsize 25\n".to_owned();
     for (row, column) in (0..100).flat_map(|row| (0..120).map(move |column| (row, column))) {
         let (x, y) = (f64::from(column) - 60.0, f64::from(row) - 50.0);
@@ -41,15 +40,16 @@ fn a_sea_and_trees_are_those_of_a_scene_file() {
     if !has_gpu() {
         return;
     }
-    let place = place();
-    let view = ["--style", "wash", "--camera=0,-1150,+160,0,-8,60"];
+    let place = with_valley(Place::empty());
+    let view = ["--style", "ink", "--camera=0,-1150,+160,0,-8,60"];
     place.file("both.toml", "[world]\ndem = \"valley.asc\"\n[forest]\nseed = 3\n[water]\nsea_level_m = 560\n");
     let draw = |name: &str, world: &str, more: &[&str]| drawn(&place, name, &[&[world][..], &view, more].concat());
     let bare = draw("bare.png", "valley.asc", &[]);
     let both = draw("a.png", "both.toml", &[]);
     assert!(draw("both.png", "valley.asc", &["--sea-level", "560", "--trees", "3"]) == both && both != bare);
     // Planted: another level, another seed.
-    assert!(draw("b.png", "valley.asc", &["--sea-level", "540", "--trees", "3"]) != both);
+    let flooded = draw("b.png", "both.toml", &["--trees", "off"]);
+    assert!(draw("b.png", "both.toml", &["--sea-level", "540", "--trees", "off"]) != flooded);
     assert!(draw("b.png", "both.toml", &["--trees", "4"]) != both);
     // Both can be removed.
     assert!(draw("b.png", "both.toml", &["--sea-level", "none", "--trees", "off"]) == bare);
@@ -73,7 +73,7 @@ fn a_sea_and_trees_are_those_of_a_scene_file() {
 
 #[test]
 fn only_grown_land_has_another_seed() {
-    let place = place();
+    let place = with_valley(Place::empty());
     let refused = |arguments: &[&str]| place.misuse(&[&["render", "-o", "x.png"], arguments].concat());
     let error = refused(&["valley.asc", "--seed", "2"]);
     assert!(error.starts_with("--seed 2: valley.asc: its land has no seed; only the built-in world"), "{error}");
@@ -89,7 +89,7 @@ fn a_seed_is_that_of_a_scene_file() {
     if !has_gpu() {
         return;
     }
-    let place = place();
+    let place = Place::with_built_in_land();
     place.file("two.toml", "[world]\nprocedural = { seed = 2 }\n");
     let view = ["--style", "plain"];
     let two = drawn(&place, "two.png", &[&["two.toml"][..], &view].concat());

@@ -28,18 +28,30 @@ use std::process::{Command, Output};
 use hachure::file::atomic;
 use serde_json::Value;
 
-/// A temporary folder with its own cache.
-pub struct Place(tempfile::TempDir);
+/// A temporary folder and the cache of the runs in it.
+pub struct Place {
+    folder: tempfile::TempDir,
+    /// The cache, which need not exist.
+    pub cache: PathBuf,
+}
 
 impl Place {
-    /// Creates an empty folder.
+    /// Creates an empty folder with its own cache.
     pub fn empty() -> Self {
-        Self(tempfile::tempdir().unwrap())
+        let folder = tempfile::tempdir().unwrap();
+        let cache = folder.path().join("cache");
+        Self { folder, cache }
+    }
+
+    /// Creates an empty folder whose cache has the land of the built-in scenes. Other tests and other test programs
+    /// share that cache, since generating the land takes longer than most tests.
+    pub fn with_built_in_land() -> Self {
+        Self { cache: Path::new(env!("CARGO_TARGET_TMPDIR")).join("built-in-land"), ..Self::empty() }
     }
 
     /// Returns the path of a file in the folder, which need not exist.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
+        self.folder.path().join(name)
     }
 
     /// Writes a text file and returns its path.
@@ -53,8 +65,8 @@ impl Place {
     pub fn hachure(&self, arguments: &[&str]) -> Output {
         Command::new(env!("CARGO_BIN_EXE_hachure"))
             .args(arguments)
-            .current_dir(self.0.path())
-            .env("HACHURE_CACHE", self.path("cache"))
+            .current_dir(self.folder.path())
+            .env("HACHURE_CACHE", &self.cache)
             // As without a desktop, so that Mesa prints no warning.
             .env_remove("XDG_RUNTIME_DIR")
             .env_remove("RUST_LOG")
@@ -96,7 +108,7 @@ impl Place {
 
     /// Returns the names in the folder, without the cache.
     pub fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).unwrap();
+        let entries = fs::read_dir(self.folder.path()).unwrap();
         let mut names: Vec<String> =
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).filter(|it| it != "cache").collect();
         names.sort();
@@ -183,7 +195,7 @@ fn failures_are_one_line_that_names_the_file() {
 
 #[test]
 fn styles_are_listed_shown_and_checked() {
-    let place = Place::empty();
+    let place = Place::with_built_in_land();
     let listed = place.json(&["styles", "--json"]);
     assert_eq!(listed, place.json(&["styles", "list", "--json"]));
     let listed = listed.as_array().unwrap();
@@ -216,7 +228,7 @@ fn styles_are_listed_shown_and_checked() {
     assert!(place.error(&["styles", "check", unknown.to_str().unwrap()]).contains("spots"));
     place.file("stack.toml", "description = \"\"\nkind = \"stack\"\nimages = [\"light.png\"]\n");
     let stack = place.file("mine.toml", &hatched.replace("\"dots\"\nsize", "\"stack.toml\"\nsize"));
-    let out = place.0.path().join("x.png");
+    let out = place.path("x.png");
     let render = ["render", "-o", out.to_str().unwrap(), "--style", stack.to_str().unwrap()];
     for arguments in [&["styles", "check", stack.to_str().unwrap()][..], &render[..]] {
         assert!(place.error(arguments).contains("light.png"));

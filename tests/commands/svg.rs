@@ -13,7 +13,7 @@ fn paths(text: &str) -> usize {
 
 #[test]
 fn strokes_are_written_as_paths() {
-    let place = Place::empty();
+    let place = Place::with_built_in_land();
     let view = ["--size", "320x180", "--style", "strokes", "--camera", "0,-9600,3200,4,-9,42"];
     let render = |arguments: &[&'static str]| [&["render"][..], arguments, &view].concat();
     let report = place.json(&render(&["-o", "a.svg", "--json"]));
@@ -78,7 +78,7 @@ fn layers(text: &str) -> Vec<(String, Vec<[Option<String>; 3]>)> {
 
 #[test]
 fn marks_are_written_as_paths() {
-    let place = Place::empty();
+    let place = Place::with_built_in_land();
     let view = ["--size", "240x135", "--camera", "0,-9600,3200,4,-9,42"];
     let render = |arguments: &[&'static str]| [&["render"][..], arguments, &view].concat();
     let output = place.hachure(&render(&["-o", "a.svg", "--style", "crosshatch"]));
@@ -111,7 +111,7 @@ fn marks_are_written_as_paths() {
 
 #[test]
 fn frames_of_a_path_are_files() {
-    let place = Place::empty();
+    let place = Place::with_built_in_land();
     place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-9600,3200,4,-9,42\n1,0,-9000,3200,4,-9,42\n");
     let arguments = ["render", "-o", "new/%02d.svg", "--style", "strokes", "--size", "160x90", "--path", "path.csv"];
     let printed = place.text(&[&arguments[..], &["--fps", "2"]].concat());
@@ -124,7 +124,7 @@ fn frames_of_a_path_are_files() {
 
 #[test]
 fn wrong_options_are_one_line() {
-    let place = Place::empty();
+    let place = Place::with_built_in_land();
     let strokes = ["render", "-o", "out.svg", "--style", "strokes"];
     for (more, name, cause) in [
         (&["--tolerance-px", "0"][..], "--tolerance-px \"0\"", "between"),

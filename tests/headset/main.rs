@@ -92,8 +92,8 @@ impl Room {
             .env("XDG_CACHE_HOME", self.0.path())
             // The user's settings have other favourites.
             .env("XDG_CONFIG_HOME", self.0.path())
-            // Mesa's compiled shaders are shared by all runs.
-            .env("MESA_SHADER_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/headset-shaders"))
+            // Mesa's compiled shaders are shared by all runs, and with the other tests.
+            .env("MESA_SHADER_CACHE_DIR", directories::BaseDirs::new().unwrap().cache_dir())
             .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")
             .env("VK_LAYER_SETTINGS_PATH", self.0.path())
             .env("XR_RUNTIME_JSON", self.path("runtime.json"))

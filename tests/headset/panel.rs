@@ -140,7 +140,7 @@ fn every_controller_has_the_list_and_the_controls() {
         let profile = format!("/interaction_profiles/{profile}");
         // Held for more than 0.4 s, which are 36 frames.
         let script = format!("{},{next}", held("4-80", button));
-        let script = [("PUSHES", script.as_str()), ("PROFILE", &profile)];
+        let script = [("PUSHES", script.as_str()), ("PROFILE", &profile), ("SIZES", "48x40,48x40")];
         let (_, report, shown) = fly(&room, &script, &["--frames", "90", "--style", "ink"]);
         // Below `ink` is `pen`.
         assert!(report.contains(" pen: "), "{profile}: {report}");
