@@ -29,6 +29,7 @@ use self::sweep::{Sweep, Variant};
 use super::arguments;
 use super::misuse::Misuse;
 use super::progress::Bar;
+use super::quality_args::QualityArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
@@ -39,6 +40,7 @@ use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::measure::comparison::Baseline;
+use crate::measure::quality::{self, Front};
 use crate::measure::report::{Report, WorldSize};
 use crate::measure::report_html::{is_page, write_html};
 use crate::measure::report_text;
@@ -78,7 +80,7 @@ pub(crate) struct BenchArgs {
     /// Several benchmarks with one report, which has published figures beside ours: a built-in suite (pietrok, lsa,
     /// stereo, tone-lines, relief, hatching, forest, world), or a TOML file of benchmarks. --size, --frames,
     /// --tile-memory and --steadiness-pairs replace those of its benchmarks
-    #[arg(long, value_name = "SUITE", conflicts_with_all = ["path", "world", "styles", "sweep", "compare", "real_time", "eyes"])]
+    #[arg(long, value_name = "SUITE", conflicts_with_all = ["path", "world", "styles", "sweep", "compare", "real_time", "eyes", "quality", "lod_error", "antialias"])]
     pub suite: Option<PathBuf>,
     /// Presets (`hachure styles` lists them) or style files, separated by commas; the report compares times with those
     /// of the first
@@ -98,12 +100,15 @@ pub(crate) struct BenchArgs {
     /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
-    /// Smoothing of edges: none, or temporal (the mean of consecutive frames)
-    #[arg(long, default_value = "none")]
-    pub antialias: Antialias,
-    /// Largest error of the drawn surface, in pixels
-    #[arg(long, default_value_t = 1.0, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
-    pub lod_error: f64,
+    /// Smoothing of edges: none, or temporal (the mean of consecutive frames) [default: none]
+    #[arg(long)]
+    pub antialias: Option<Antialias>,
+    /// Largest error of the drawn surface, in pixels [default: 1]
+    #[arg(long, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
+    pub lod_error: Option<f64>,
+    /// Point of the measured front.
+    #[command(flatten)]
+    pub quality: QualityArgs,
     /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
@@ -212,6 +217,11 @@ impl<'a> Planned<'a> {
         FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
         let mut own = FILES.iter().zip(IS_OWN);
         own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
+        for name in variants.iter().filter(|settings| settings.len() > 1).map(|settings| &settings[0].style.name) {
+            let front = args.output.join(quality::file_name(name));
+            inputs.check(&front)?;
+            unnamed::check(&front, args.overwrite, Front::is_own)?;
+        }
         std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
         Ok(Self { args, path, path_text, scene, variants, baseline })
     }
@@ -266,6 +276,7 @@ impl<'a> Planned<'a> {
         write_frames_csv(&frames_csv, &frames)?;
         write_html(&page, &report, &frames)?;
         report.write_json(&json)?;
+        Front::all(&report).iter().try_for_each(|front| front.write(&args.output.join(front.file_name())))?;
         Ok(report)
     }
 }
@@ -299,7 +310,8 @@ fn settings(args: &BenchArgs, path_name: &Path, path: &CameraPath, path_text: &s
         duration_s: path.duration_s(),
         frames: (!args.real_time).then(|| frame_count(args, path) as u64),
         real_time: args.real_time,
-        lod_error_px: args.lod_error,
+        lod_error_px: args.lod_error.unwrap_or(sweep::DEFAULT_LOD_ERROR_PX),
+        quality: args.quality.quality.map(|level| level.name().to_owned()),
         tile_memory_mib: args.tile_memory_mib(),
         exaggeration: args.world.exaggeration,
         sea_level: args.world.land.sea_level.map(|level| level.to_string()),

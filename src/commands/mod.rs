@@ -15,6 +15,7 @@ pub(crate) mod light_args;
 pub mod misuse;
 pub mod program;
 pub(crate) mod progress;
+pub(crate) mod quality_args;
 pub(crate) mod render;
 pub(crate) mod stereo_args;
 pub(crate) mod styles;

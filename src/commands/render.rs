@@ -28,6 +28,7 @@ use super::arguments;
 use super::misuse::Misuse;
 use super::place_args::{LookArgs, MapPlaceArgs};
 use super::progress::Bar;
+use super::quality_args::QualityArgs;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
 use super::{print, print_json};
@@ -129,6 +130,9 @@ pub(crate) struct RenderArgs {
     /// Largest error of the drawn surface, in pixels [default: 1]
     #[arg(long, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: Option<f64>,
+    /// Point of the measured front.
+    #[command(flatten)]
+    pub quality: QualityArgs,
     /// Additional EXR channels, separated by commas: depth, position, normal, surface, motion, lsa (error and line of
     /// the contour detector lsa), strokes, tone, hatch (the tone after hatching) [default: none]
     #[arg(long, default_value = "", hide_default_value = true)]
@@ -255,6 +259,25 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok(size)
 }
 
+/// Returns the arguments with what `--quality` sets. A picture has the size of `--size`, whatever the render scale of the
+/// quality is, and only frames of a path are smoothed in time.
+///
+/// # Errors
+/// Those of [`QualityArgs::setting`], and [`Misuse`] for a picture that is drawn again.
+fn with_quality(mut args: RenderArgs) -> anyhow::Result<RenderArgs> {
+    if args.like.is_some() && args.quality.quality.is_some() {
+        bail!(Misuse("--quality: does not apply to --like, which draws with the values of the picture".to_owned()));
+    }
+    let Some(setting) = args.quality.setting(args.style.as_deref().unwrap_or(STYLE))? else { return Ok(args) };
+    args.lod_error = args.lod_error.or(setting.lod_error_px);
+    if args.path.is_some() {
+        args.antialias = args.antialias.or(setting.antialias);
+    }
+    // Values of the command line come last, and win.
+    args.set.splice(0..0, setting.values);
+    Ok(args)
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -268,7 +291,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     let args = paper::measured(args, &kind)?;
     let (args, liked) = like::resolved(&args, &kind)?;
-    let args = &args;
+    let args = &with_quality(args)?;
     map::check(args, &kind)?;
     look::check(args)?;
     check_path(args, &kind)?;

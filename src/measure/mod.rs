@@ -9,6 +9,7 @@ pub mod image_compare;
 pub(crate) mod lod_error;
 pub(crate) mod memory;
 pub(crate) mod paired;
+pub(crate) mod quality;
 pub(crate) mod report;
 pub(crate) mod report_html;
 pub(crate) mod report_text;

@@ -30,6 +30,9 @@ pub(crate) struct Settings {
     pub real_time: bool,
     /// Requested largest error of the drawn surface, in pixels (`--lod-error`).
     pub lod_error_px: f64,
+    /// Point of the styles' measured fronts (`--quality`); null without the option.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quality: Option<String>,
     /// Memory for heights on the GPU for each style, in MiB (`--tile-memory`).
     pub tile_memory_mib: u64,
     /// Factor on heights (`--exaggeration`); null without the option.
@@ -76,6 +79,10 @@ impl Settings {
         }
         if (old.lod_error_px - self.lod_error_px).abs() > 1e-9 * self.lod_error_px.abs() {
             conflicts.push(option("--lod-error", &old.lod_error_px, &self.lod_error_px));
+        }
+        if old.quality != self.quality {
+            let word = |quality: &Option<String>| quality.clone().unwrap_or("none".to_owned());
+            conflicts.push(option("--quality", &word(&old.quality), &word(&self.quality)));
         }
         if old.tile_memory_mib != self.tile_memory_mib {
             conflicts.push(option("--tile-memory", &old.tile_memory_mib, &self.tile_memory_mib));
@@ -194,6 +201,10 @@ mod tests {
         assert!(conflicts(&|old| old.frames = Some(3)).contains("with 3 frames, this one with 24 frames"));
         let real_time = conflicts(&|old| (old.frames, old.real_time) = (None, true));
         assert!(real_time.contains("with --real-time, this one with a fixed number"), "{real_time}");
+        assert!(
+            conflicts(&|old| old.quality = Some("draft".to_owned()))
+                .contains("--quality draft, this one with --quality none")
+        );
         assert!(conflicts(&|old| old.lod_error_px = 4.0).contains("with --lod-error 4, this one with --lod-error 1"));
         let higher = conflicts(&|old| old.exaggeration = Some(2.5));
         assert!(higher.contains("with --exaggeration 2.5, this one with --exaggeration none"), "{higher}");

@@ -1,27 +1,58 @@
 //! The trade of speed for exactness: the settings of a style that were measured, their costs and errors, and their front.
 
+use std::collections::BTreeMap;
+
 use super::front;
 use super::report::{Metrics, Report, Run};
 
-/// A column of the trade: heading, value, and the least difference that counts when settings are compared.
+/// A column of the trade: heading, key, value, and the least difference that counts when settings are compared.
 struct Column {
     head: &'static str,
+    /// Its key in files, with the unit.
+    key: &'static str,
     value: fn(&Run) -> Option<f64>,
     least: f64,
 }
 
 /// Key of the sweep that changes the size of the picture.
 pub(crate) const SCALE: &str = "scale";
-/// Heading of the flicker of the flight.
-const FLICKER: &str = "flicker %";
+/// Keys of errors in files.
+pub(crate) const LINES_LOST: &str = "lines_lost_percent";
+pub(crate) const TONE_ERROR: &str = "tone_error_percent";
+const FLICKER: &str = "flicker_percent";
 
 /// The errors that are compared, of which less is better.
 const ERRORS: [Column; 5] = [
-    Column { head: "lines lost %", value: |run| Some(100.0 * (1.0 - exactness(run, "line_recall")?)), least: 0.05 },
-    Column { head: "lines added %", value: |run| Some(100.0 * (1.0 - exactness(run, "line_precision")?)), least: 0.05 },
-    Column { head: "tone error %", value: |run| Some(100.0 * exactness(run, "tone_error")?), least: 0.02 },
-    Column { head: "surface error px", value: |run| exactness(run, "surface_error_px"), least: 0.05 },
-    Column { head: FLICKER, value: |run| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?), least: 0.05 },
+    Column {
+        head: "lines lost %",
+        key: LINES_LOST,
+        value: |run| Some(100.0 * (1.0 - exactness(run, "line_recall")?)),
+        least: 0.05,
+    },
+    Column {
+        head: "lines added %",
+        key: "lines_added_percent",
+        value: |run| Some(100.0 * (1.0 - exactness(run, "line_precision")?)),
+        least: 0.05,
+    },
+    Column {
+        head: "tone error %",
+        key: TONE_ERROR,
+        value: |run| Some(100.0 * exactness(run, "tone_error")?),
+        least: 0.02,
+    },
+    Column {
+        head: "surface error px",
+        key: "surface_error_px",
+        value: |run| exactness(run, "surface_error_px"),
+        least: 0.05,
+    },
+    Column {
+        head: "flicker %",
+        key: FLICKER,
+        value: |run| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?),
+        least: 0.05,
+    },
 ];
 
 /// What a frame costs, for the front.
@@ -90,7 +121,7 @@ impl<'a> Trade<'a> {
         let has_scales = self.runs.iter().any(|run| run.setting.contains_key(SCALE));
         ERRORS
             .iter()
-            .filter(move |column| !(has_scales && column.head == FLICKER))
+            .filter(move |column| !(has_scales && column.key == FLICKER))
             .filter(|column| self.runs.iter().any(|run| (column.value)(run).is_some()))
     }
 
@@ -115,6 +146,11 @@ impl<'a> Trade<'a> {
         });
         (heads, rows.collect())
     }
+}
+
+/// Returns the errors of a run that were measured, by their keys.
+pub(crate) fn errors(run: &Run) -> BTreeMap<String, f64> {
+    ERRORS.iter().filter_map(|column| Some((column.key.to_owned(), (column.value)(run)?))).collect()
 }
 
 /// Returns the setting of a run in words.

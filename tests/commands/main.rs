@@ -14,6 +14,7 @@ mod land;
 mod lone_models;
 mod models;
 mod places;
+mod quality;
 mod quiet;
 mod show;
 mod styles;

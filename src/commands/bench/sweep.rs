@@ -8,16 +8,15 @@ use anyhow::bail;
 use super::BenchArgs;
 use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
+use crate::commands::quality_args::Setting;
 use crate::frame::Antialias;
-use crate::measure::trade::SCALE;
-use crate::scene::ranges::{self, NumberRange};
 use crate::style::set::SetValue;
 use crate::style::{Layer, Style};
 
 /// Largest number of settings of all styles: each has a renderer and tiles of its own.
 const MOST_SETTINGS: usize = 64;
-/// Allowed render scales.
-const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
+/// Allowed error of the surface without an option, in pixels.
+pub(super) const DEFAULT_LOD_ERROR_PX: f64 = 1.0;
 /// Allowed error of the reference's surface, in pixels.
 const REFERENCE_LOD_ERROR_PX: f64 = 0.1;
 
@@ -77,9 +76,29 @@ pub(super) struct Variant {
 }
 
 impl Variant {
-    fn as_it_is(args: &BenchArgs, style: Style) -> Self {
-        let &BenchArgs { lod_error: lod_error_px, antialias, .. } = args;
-        Self { style, setting: BTreeMap::new(), size_px: args.size_px(), lod_error_px, antialias }
+    /// Returns a style with the options of the command line.
+    fn as_it_is(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
+        let setting = args.quality.setting(name)?.unwrap_or_default();
+        let variant = Self {
+            style: arguments::style_with("--quality", name, &setting.values)?,
+            setting: BTreeMap::new(),
+            size_px: args.size_px(),
+            lod_error_px: DEFAULT_LOD_ERROR_PX,
+            antialias: Antialias::None,
+        };
+        let mut variant = variant.with_setting(&setting);
+        variant.lod_error_px = args.lod_error.unwrap_or(variant.lod_error_px);
+        variant.antialias = args.antialias.unwrap_or(variant.antialias);
+        Ok(variant)
+    }
+
+    /// Returns it with what a setting changes, apart from parameters of the style.
+    fn with_setting(mut self, setting: &Setting) -> Self {
+        let scale = setting.scale.unwrap_or(1.0);
+        self.size_px = self.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+        self.lod_error_px = setting.lod_error_px.unwrap_or(self.lod_error_px);
+        self.antialias = setting.antialias.unwrap_or(self.antialias);
+        self
     }
 
     /// Returns the style `name` of the command line, followed by itself with each setting of the sweeps.
@@ -87,7 +106,7 @@ impl Variant {
     /// # Errors
     /// The style cannot be read; [`Misuse`] for a key or a value.
     pub(super) fn all(args: &BenchArgs, name: &str) -> anyhow::Result<Vec<Self>> {
-        let mut variants = vec![Self::as_it_is(args, arguments::style(name)?)];
+        let mut variants = vec![Self::as_it_is(args, name)?];
         if args.sweep.is_empty() {
             return Ok(variants);
         }
@@ -98,20 +117,11 @@ impl Variant {
     }
 
     fn with(args: &BenchArgs, name: &str, pairs: &[(&str, &str)]) -> anyhow::Result<Self> {
-        let mut values = Vec::new();
-        let mut variant = Self::as_it_is(args, arguments::style(name)?);
-        for (key, text) in pairs {
-            let wrong = |rule: String| Misuse(format!("--sweep {key}={text}: {rule}"));
-            match *key {
-                "lod-error" => variant.lod_error_px = ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?,
-                "antialias" => variant.antialias = text.parse().map_err(wrong)?,
-                SCALE => {
-                    let scale = SCALES.parse(text).map_err(wrong)?;
-                    variant.size_px = args.size_px().map(|side| ((f64::from(side) * scale).round() as u32).max(1));
-                }
-                _ => values.push(SetValue { key: (*key).to_owned(), text: (*text).to_owned() }),
-            }
-        }
+        let setting = Setting::of(pairs.iter().copied());
+        let setting = setting.map_err(|error| Misuse(format!("--sweep {error}")))?;
+        let mut variant = Self::as_it_is(args, name)?.with_setting(&setting);
+        let mut values = args.quality.setting(name)?.map_or_else(Vec::new, |quality| quality.values);
+        values.extend(setting.values);
         let words: Vec<String> = pairs.iter().map(|(key, text)| format!("{key}={text}")).collect();
         variant.style = arguments::style_with("--sweep", name, &values)?;
         variant.style.name = format!("{} {}", variant.style.name, words.join(" "));
@@ -124,10 +134,10 @@ impl Variant {
     /// # Errors
     /// The style cannot be read.
     pub(super) fn reference(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
-        let style = arguments::style(name)?;
-        let style = arguments::style_with("--sweep", name, &exact_values(&style))?;
-        let lod_error_px = args.lod_error.min(REFERENCE_LOD_ERROR_PX);
-        Ok(Self { lod_error_px, antialias: Antialias::Temporal, ..Self::as_it_is(args, style) })
+        let style = arguments::style_with("--sweep", name, &exact_values(&arguments::style(name)?))?;
+        let lod_error_px = args.lod_error.map_or(REFERENCE_LOD_ERROR_PX, |px| px.min(REFERENCE_LOD_ERROR_PX));
+        let variant = Self::as_it_is(args, name)?;
+        Ok(Self { style, size_px: args.size_px(), lod_error_px, antialias: Antialias::Temporal, ..variant })
     }
 }
 

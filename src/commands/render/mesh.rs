@@ -73,6 +73,7 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--path", args.path.is_some()),
         ("--pens", args.pens.is_some()),
         ("--portrait", args.portrait),
+        ("--quality", args.quality.quality.is_some()),
         ("--samples", args.samples.is_some()),
         ("--sheets", args.sheets.sheets.is_some()),
         ("--show", args.show.is_some()),

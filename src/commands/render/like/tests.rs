@@ -47,6 +47,8 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("output", Unneeded),
     ("like", Unneeded),
     ("style", Kept("--style wash -o a.png")),
+    ("quality", Becomes("set")),
+    ("front", Becomes("set")),
     ("set", Kept("--set tone.steps=5 -o a.png")),
     ("size", Kept("--size 64x36 -o a.png")),
     ("dpi", Kept("--dpi 150 -o a.png")),
@@ -105,6 +107,8 @@ fn drawn(args: &RenderArgs) -> String {
         world: WorldArgs { name, heights, light, water, land, exaggeration, trust_scene: _ },
         output: _,
         like: _,
+        // A quality is a style and options, which are there themselves.
+        quality: _,
         style: _,
         set: _,
         size: _,

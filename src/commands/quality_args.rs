@@ -1,0 +1,160 @@
+//! `--quality`: draws with a point of a style's measured front.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use clap::Args;
+
+use super::arguments;
+use super::misuse::Misuse;
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
+use crate::file::message::{named, quoted};
+use crate::frame::Antialias;
+use crate::measure::quality::{Front, Level, Point};
+use crate::measure::trade::SCALE;
+use crate::scene::ranges::{self, NumberRange};
+use crate::style::preset_text;
+use crate::style::set::SetValue;
+
+/// Allowed render scales.
+const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
+
+/// The measured fronts of presets, by name.
+const FRONTS: &[(&str, &str)] = &[("ink", include_str!("../../benches/fronts/ink.toml"))];
+
+/// `--quality` and `--front`.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct QualityArgs {
+    /// Speed or exactness: a point on the style's measured front. It sets --lod-error, --antialias and parameters of the
+    /// style, except those that are given
+    #[arg(long, value_name = "LEVEL", value_enum)]
+    pub quality: Option<Level>,
+    /// The measured front for --quality: a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
+    /// preset]
+    #[arg(long, value_name = "FILE", requires = "quality")]
+    pub front: Option<PathBuf>,
+}
+
+/// What a point of a front, or a setting of a sweep, changes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Setting {
+    pub lod_error_px: Option<f64>,
+    /// Factor on both sides of the picture.
+    pub scale: Option<f64>,
+    pub antialias: Option<Antialias>,
+    /// Parameters of the style.
+    pub values: Vec<SetValue>,
+}
+
+impl Setting {
+    /// Parses the values of a setting, by their keys.
+    ///
+    /// # Errors
+    /// The key and the value, and the rule that the value breaks. Parameters of the style are not checked.
+    pub(crate) fn of<'a>(pairs: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, String> {
+        let mut setting = Self::default();
+        for (key, text) in pairs {
+            let wrong = |rule: String| format!("{key}={text}: {rule}");
+            match key {
+                "lod-error" => setting.lod_error_px = Some(ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?),
+                "antialias" => setting.antialias = Some(text.parse().map_err(wrong)?),
+                SCALE => setting.scale = Some(SCALES.parse(text).map_err(wrong)?),
+                _ => setting.values.push(SetValue { key: key.to_owned(), text: text.to_owned() }),
+            }
+        }
+        Ok(setting)
+    }
+}
+
+impl QualityArgs {
+    /// Returns the setting for a style, which is a preset or a file; `None` without `--quality`.
+    ///
+    /// # Errors
+    /// [`Misuse`] if the style has no measured front; a file that cannot be read, or that is the front of another style.
+    pub(crate) fn setting(&self, style: &str) -> anyhow::Result<Option<Setting>> {
+        let Some(level) = self.quality else { return Ok(None) };
+        let (front, from) = match &self.front {
+            Some(path) => (read(path)?, named(path).to_string()),
+            None => (built_in(style)?, format!("the front of {style}")),
+        };
+        let name = arguments::style(style)?.name;
+        if front.style != name {
+            bail!("{from}: it is the front of the style {}, and {} is drawn", quoted(&front.style), quoted(&name));
+        }
+        let Some(Point { set, .. }) = front.point(level) else { bail!("{from}: it has no point {}", level.name()) };
+        let setting = Setting::of(set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
+        setting.map(Some).map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))
+    }
+}
+
+fn read(path: &Path) -> anyhow::Result<Front> {
+    let text = read_text(path, LARGEST_STYLE_BYTES).with_context(|| format!("cannot read {}", named(path)))?;
+    Front::parse(&text).map_err(|error| anyhow::anyhow!("{}: {error}", named(path)))
+}
+
+fn built_in(style: &str) -> anyhow::Result<Front> {
+    let text = FRONTS.iter().find(|(name, _)| *name == style).map(|(_, text)| *text);
+    let Some(text) = text else {
+        let which = if preset_text(style).is_some() { "the preset" } else { "the style" };
+        let measured = FRONTS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+        bail!(Misuse(format!(
+            "--quality: no front is measured for {which} {}: `hachure bench --styles STYLE --sweep … -o DIR` writes one, \
+             which --front names (measured: {measured})",
+            named(style)
+        )));
+    };
+    Front::parse(text).map_err(|error| anyhow::anyhow!("the front of {style}: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use super::*;
+    use crate::file::atomic;
+
+    #[test]
+    fn every_shipped_front_has_its_levels() {
+        for (name, text) in FRONTS {
+            let front = Front::parse(text).unwrap();
+            assert_eq!(front.style, *name);
+            for level in Level::ALL {
+                let args = QualityArgs { quality: Some(level), front: None };
+                let setting = args.setting(name).unwrap().unwrap();
+                arguments::style_with("--quality", name, &setting.values).unwrap();
+            }
+            let cost = |level| front.point(level).unwrap().cost;
+            assert!(cost(Level::Draft) <= cost(Level::Balanced) && cost(Level::Balanced) <= cost(Level::Exact));
+            let recall =
+                |level: Level| 100.0 - front.point(level).unwrap().errors.get("lines_lost_percent").unwrap_or(&0.0);
+            assert!(recall(Level::Balanced) >= 0.98 * recall(Level::Exact), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_front_must_be_that_of_the_style() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("front-ink.toml");
+        let text = "style = \"ink\"\nadapter = \"\"\nsize = [1, 1]\ncost = \"GPU ms\"\n[[points]]\nlevels = [\"draft\"]\n\
+                    cost = 1.0\ncost_ratio = 0.5\nerrors = {}\nset = { lod-error = \"4\", scale = \"0.5\", \
+                    \"lines.halved\" = \"true\" }\n";
+        atomic::write(&path, text.as_bytes()).unwrap();
+        let args = |level| QualityArgs { quality: Some(level), front: Some(path.clone()) };
+        let setting = args(Level::Draft).setting("ink").unwrap().unwrap();
+        assert_eq!((setting.lod_error_px, setting.scale, setting.antialias), (Some(4.0), Some(0.5), None));
+        assert_eq!(setting.values[0].to_string(), "lines.halved=true");
+        for (level, style, cause) in
+            [(Level::Draft, "pen", "the front of the style"), (Level::Exact, "ink", "no point exact")]
+        {
+            let error = args(level).setting(style).unwrap_err().to_string();
+            assert!(error.contains(cause) && error.contains("front-ink.toml"), "{error}");
+        }
+        atomic::write(&path, text.replace("\"4\"", "\"-4\"").as_bytes()).unwrap();
+        let error = args(Level::Draft).setting("ink").unwrap_err().to_string();
+        assert!(error.contains("draft: lod-error=-4"), "{error}");
+        // Without --quality there is no setting, and without a front an error that says how to measure one.
+        assert_eq!(QualityArgs::default().setting("ink").unwrap(), None);
+        let none = QualityArgs { quality: Some(Level::Draft), front: None }.setting("plain").unwrap_err();
+        assert!(none.is::<Misuse>() && none.to_string().contains("--sweep"), "{none}");
+    }
+}

@@ -1,0 +1,68 @@
+//! `--quality`: pictures and benchmarks with a point of a measured front.
+
+use crate::bench::{has_gpu, place_with_flight};
+
+#[test]
+fn a_front_is_measured_and_drawn_with() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    let bench =
+        ["bench", "dem.tif", "--path", "flight.csv", "--size", "160x90", "--frames", "2", "--steadiness-pairs", "0"];
+    let sweep = ["--sweep", "lod-error=0.5,64", "--sweep", "lines.halved=true,false", "-o", "trade"];
+    place.text(&[&bench[..], &sweep].concat());
+    let text = std::fs::read_to_string(place.path("trade/front-ink.toml")).unwrap();
+    let front: toml::Table = text.parse().unwrap();
+    let points = front["points"].as_array().unwrap();
+    let of = |level: &str| {
+        let has =
+            |point: &&toml::Value| point["levels"].as_array().unwrap().iter().any(|it| it.as_str() == Some(level));
+        points.iter().filter(|point| point.get("levels").is_some()).find(has).unwrap()
+    };
+    let value = |level: &str, key: &str| of(level)["set"].get(key).and_then(|text| text.as_str()).map(str::to_owned);
+    assert_eq!(value("draft", "lod-error").as_deref(), Some("64"), "{text}");
+    assert_ne!(value("exact", "lod-error").as_deref(), Some("64"), "{text}");
+
+    // A picture of a quality is that of its values, and what is given wins.
+    let camera = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "160x90"];
+    let by_hand = ["--lod-error", "64", "--set", &format!("lines.halved={}", value("draft", "lines.halved").unwrap())];
+    place.text(&[&camera[..], &by_hand, &["-o", "by_hand.png"]].concat());
+    let draft = ["--quality", "draft", "--front", "trade/front-ink.toml"];
+    place.text(&[&camera[..], &draft, &["-o", "draft.png"]].concat());
+    place.text(&[&camera[..], &draft, &["--lod-error", "0.5", "-o", "fine.png"]].concat());
+    let pixels = |name: &str| {
+        let text = std::fs::File::open(place.path(name)).unwrap();
+        let mut reader = png::Decoder::new(std::io::BufReader::new(text)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        pixels
+    };
+    assert_eq!(pixels("draft.png"), pixels("by_hand.png"));
+    assert_ne!(pixels("draft.png"), pixels("fine.png"));
+    // The picture is drawn again without the front.
+    place.text(&["render", "--like", "draft.png", "-o", "again.png"]);
+    assert_eq!(pixels("again.png"), pixels("draft.png"));
+
+    // A benchmark flies with it.
+    let report = place.json(&[&bench[..], &draft, &["-o", "fast", "--json"]].concat());
+    assert_eq!(report["settings"]["quality"], "draft");
+    assert_eq!(report["runs"][0]["allowed_error_px"]["p50"], 64.0, "{report}");
+
+    for (arguments, cause) in [
+        (&["--quality", "draft", "--style", "plain"][..], "no front is measured for the preset plain"),
+        (&["--quality", "best"], "draft"),
+        (&["--front", "trade/front-ink.toml"], "--quality"),
+        (&["--quality", "draft", "--like", "draft.png"], "--like"),
+    ] {
+        let error = place.misuse(&[&["render", "-o", "no.png"], arguments].concat());
+        assert!(error.contains(cause), "{arguments:?}: {error}");
+    }
+    let error = place.error(&[&camera[..], &draft, &["--style", "plain", "-o", "no.png"]].concat());
+    assert!(error.contains("front-ink.toml") && error.contains("plain"), "{error}");
+    // A front of somebody else is not overwritten.
+    std::fs::create_dir(place.path("other")).unwrap();
+    place.file("other/front-ink.toml", "mine = 1");
+    let error = place.error(&[&bench[..], &["--sweep", "lod-error=1,2", "-o", "other"]].concat());
+    assert!(error.contains("front-ink.toml"), "{error}");
+}
