@@ -74,7 +74,7 @@ impl QualityArgs {
     pub(crate) fn setting(&self, style: &str) -> anyhow::Result<Option<Setting>> {
         let Some(level) = self.quality else { return Ok(None) };
         let (front, from) = match &self.front {
-            Some(path) => (read(path)?, named(path).to_string()),
+            Some(path) => (read(path)?, named(path)),
             None => (built_in(style)?, format!("the front of {style}")),
         };
         let name = arguments::style(style)?.name;
