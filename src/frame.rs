@@ -34,6 +34,7 @@ pub(crate) use self::eye::EyeMemory;
 pub(crate) use self::results::DrawnMeshCounts;
 pub use crate::composite::PICTURE;
 use crate::composite::temporal_aa;
+use crate::gpu::finite::NonFinite;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
 use crate::gpu::recorder::{Recorder, Submits};
@@ -120,6 +121,8 @@ pub struct Renderer {
     may_sway: bool,
     /// The blocks of rows of hachures that have been built.
     rows: RowMemory,
+    /// Numbers that are not finite in pictures of checked frames.
+    non_finite: Vec<NonFinite>,
     /// The traces of the last frame's passes, if frames are traced.
     trace: Option<Vec<PassTrace>>,
     /// CPU time of the last frame.
@@ -190,6 +193,7 @@ impl Renderer {
             samples: antialias::Samples::default(),
             may_sway: false,
             rows: RowMemory::default(),
+            non_finite: Vec::new(),
             trace: None,
             cpu: FrameCpu::default(),
             drew: false,
@@ -225,7 +229,8 @@ impl Renderer {
         self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);
     }
 
-    /// Sets how the passes of a frame are submitted: [`Submits::Timed`] to measure each pass.
+    /// Sets how the passes of a frame are submitted: [`Submits::Timed`] to measure each pass, [`Submits::Checked`] to
+    /// search what each pass writes for NaN and infinity ([`Renderer::take_non_finite`]).
     pub(crate) fn set_submits(&mut self, submits: Submits) {
         self.submits = submits;
     }
@@ -430,8 +435,9 @@ impl Renderer {
         };
         self.may_sway = passes::render_eyes(&mut recorder, &inputs, &mut self.eyes);
         let is_complete = recorder.is_complete();
-        let submitted = recorder.submit();
-        self.trace = submitted.trace;
+        let submitted = recorder.submit()?;
+        self.trace = submitted.trace.filter(|_| self.trace.is_some());
+        self.non_finite.extend(submitted.non_finite);
         let submit_ms = submitted.submit_ms;
         self.cpu = FrameCpu { record_ms: begun.elapsed().as_secs_f64() * 1000.0 - submit_ms, submit_ms };
         self.drew = is_complete;

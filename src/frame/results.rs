@@ -5,6 +5,7 @@ use super::{EyeMemory, FrameCpu, Renderer, inks};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::cache_counts::CacheCounts;
+use crate::gpu::finite::NonFinite;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
@@ -117,6 +118,14 @@ impl Renderer {
     /// Takes the pass times of the oldest finished frame whose times have not been taken.
     pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
         self.timer.take()
+    }
+
+    /// Takes the numbers that were not finite in pictures of checked frames ([`Submits::Checked`]), the first of each
+    /// picture that each pass wrote, in the order of the passes.
+    ///
+    /// [`Submits::Checked`]: crate::gpu::recorder::Submits::Checked
+    pub(crate) fn take_non_finite(&mut self) -> Vec<NonFinite> {
+        std::mem::take(&mut self.non_finite)
     }
 
     /// Returns whether the last frame continued the temporal mean of the frames before it.

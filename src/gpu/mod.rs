@@ -9,6 +9,7 @@ pub(crate) mod cache;
 pub(crate) mod cache_counts;
 pub mod device;
 pub(crate) mod drawer;
+pub(crate) mod finite;
 pub(crate) mod full_screen;
 pub(crate) mod async_readback;
 pub(crate) mod pipelines;

@@ -18,15 +18,16 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::Gpu;
-use super::bind::{Bound, Named};
+use super::bind::{Bound, Named, Resource};
 use super::buffer::{Buffer, BufferKind};
 use super::drawer::Drawer;
+use super::finite::{self, NonFinite, WrittenFloats};
 use super::pipelines::{Builds, Compute, Draw, Key, Raw, Ready};
 use super::pools::Pools;
 use super::target::Target;
 use super::timer::Timer;
 use super::trace::{PassTrace, Traced, Work, uses};
+use super::{Gpu, GpuError};
 
 /// Side of a workgroup of a picture pass, in pixels. The shaders have `@workgroup_size(8, 8)`.
 pub(crate) const WORKGROUP_PX: u32 = 8;
@@ -44,6 +45,9 @@ pub enum Submits {
     /// Each pass is timed. On a GPU all passes are one submit, with timestamps around each; on a software driver each
     /// pass is submitted alone, at the cost of two more submits and two waits per pass.
     Timed,
+    /// Each pass is submitted alone, and what it wrote is read back and searched for NaN and infinity
+    /// ([`finite`](super::finite)).
+    Checked,
 }
 
 /// Records a frame.
@@ -67,6 +71,8 @@ pub struct Recorder<'a> {
     recorded: Vec<(Option<&'static str>, wgpu::CommandEncoder)>,
     /// The buffer that a prewarming run returns for every request. `None` in a frame that is drawn.
     blank: Option<wgpu::Buffer>,
+    /// The buffers with floats that the passes of a checked frame write.
+    written_floats: Vec<WrittenFloats>,
     /// Whether everything that the passes requested so far was available.
     is_complete: bool,
 }
@@ -79,6 +85,8 @@ pub struct Submitted {
     /// CPU time to upload uniforms and to hand the recorded commands to the driver, in milliseconds. If each pass is
     /// submitted alone, it includes the work of the passes.
     pub submit_ms: f64,
+    /// With [`Submits::Checked`], the first number that is not finite of each picture and buffer that each pass wrote.
+    pub non_finite: Vec<NonFinite>,
 }
 
 /// A render pipeline with its bindings. It is empty while the pipeline is being compiled; then nothing is drawn with
@@ -131,12 +139,13 @@ impl<'a> Recorder<'a> {
             encoder: encoder(gpu),
             open: None,
             submits,
-            trace: traces.then(Vec::new),
+            trace: (traces || submits == Submits::Checked).then(Vec::new),
             resets: None,
             reset: Vec::new(),
             copied: Vec::new(),
             recorded: Vec::new(),
             blank: None,
+            written_floats: Vec::new(),
             is_complete: true,
         }
     }
@@ -241,6 +250,16 @@ impl<'a> Recorder<'a> {
             let (reads, writes) = uses(&made.variables, resources);
             self.push_trace(name, work, reads, writes);
         }
+        if self.submits == Submits::Checked {
+            let submit = self.recorded.len() as u32;
+            for variable in made.variables.iter().filter(|variable| variable.is_written && variable.floats.has_any()) {
+                let bound = resources.iter().find(|(bound, _)| *bound == variable.name);
+                if let Some((_, Resource::Buffer(buffer))) = bound {
+                    let (buffer, floats) = (buffer.clone(), variable.floats.clone());
+                    self.written_floats.push(WrittenFloats { submit, pass: name, buffer, floats });
+                }
+            }
+        }
         if self.submits == Submits::Whole {
             let encoder = &mut self.encoder;
             let (pass, set) = self.open.get_or_insert_with(|| {
@@ -255,7 +274,7 @@ impl<'a> Recorder<'a> {
             run(pass);
             return;
         }
-        let query = self.timer.begin(name, &mut self.encoder);
+        let query = self.begin_timed_pass(name);
         {
             let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
             let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
@@ -314,8 +333,7 @@ impl<'a> Recorder<'a> {
             reads.dedup();
             self.push_trace(name, Work::Draws(0), reads, writes);
         }
-        let is_timed = self.submits == Submits::Timed;
-        let query = if is_timed { self.timer.begin(name, &mut self.encoder) } else { None };
+        let query = self.begin_timed_pass(name);
         let draws = {
             let store = wgpu::StoreOp::Store;
             let load = if on.clears != Clears::Nothing {
@@ -366,9 +384,13 @@ impl<'a> Recorder<'a> {
     }
 
     /// Submits the frame if it is complete.
-    pub fn submit(mut self) -> Submitted {
+    ///
+    /// # Errors
+    /// With [`Submits::Checked`], [`GpuError::Readback`] if the device is lost or out of memory.
+    pub fn submit(mut self) -> Result<Submitted, GpuError> {
+        let mut non_finite = Vec::new();
         if self.prewarms() {
-            return Submitted { trace: None, submit_ms: 0.0 };
+            return Ok(Submitted { trace: None, submit_ms: 0.0, non_finite });
         }
         self.open = None;
         let is_timed = self.submits == Submits::Timed;
@@ -378,7 +400,7 @@ impl<'a> Recorder<'a> {
             }
             self.pools.end_frame();
             self.gpu.cache().end_frame();
-            return Submitted { trace: self.trace.map(|_| Vec::new()), submit_ms: 0.0 };
+            return Ok(Submitted { trace: self.trace.map(|_| Vec::new()), submit_ms: 0.0, non_finite });
         }
         if is_timed {
             self.timer.resolve(&mut self.encoder);
@@ -393,10 +415,18 @@ impl<'a> Recorder<'a> {
         if !recorded.is_empty() {
             self.gpu.queue.submit(resets.take());
         }
-        for (name, recorded) in recorded {
+        for (index, (name, recorded)) in (0..).zip(recorded) {
             match name {
                 Some(name) => self.timer.submit_and_time(self.gpu, name, recorded),
                 None => _ = self.gpu.queue.submit([recorded]),
+            }
+            if self.submits == Submits::Checked {
+                for pass in self.trace.iter().flatten().filter(|pass| pass.submit == index) {
+                    finite::search(self.gpu, pass, &mut non_finite)?;
+                }
+                for written in self.written_floats.iter().filter(|written| written.submit == index) {
+                    non_finite.extend(written.search(self.gpu)?);
+                }
             }
         }
         self.gpu.queue.submit(resets.into_iter().chain([last]));
@@ -406,15 +436,25 @@ impl<'a> Recorder<'a> {
         }
         self.pools.end_frame();
         self.gpu.cache().end_frame();
-        Submitted { trace: self.trace, submit_ms }
+        Ok(Submitted { trace: self.trace, submit_ms, non_finite })
     }
 
-    /// Ends the timestamps of a pass; on a software driver whose passes are timed, ends its submit.
+    /// Begins the timestamps of a pass, if passes are timed by them.
+    fn begin_timed_pass(&mut self, name: &'static str) -> Option<wgpu_profiler::GpuProfilerQuery> {
+        if self.submits != Submits::Timed {
+            return None;
+        }
+        self.timer.begin(name, &mut self.encoder)
+    }
+
+    /// Ends the timestamps of a pass. If passes are submitted alone, ends its submit.
     fn end_timed_pass(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
         if let Some(query) = query {
             self.timer.end(&mut self.encoder, query);
         } else if self.timer.times_by_waiting(self.submits) {
             self.end_submit(Some(name));
+        } else if self.submits == Submits::Checked {
+            self.end_submit(None);
         }
     }
 

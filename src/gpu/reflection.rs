@@ -3,9 +3,12 @@
 //! wgpu can derive layouts too, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena) need, and
 //! it does not report what a pass reads and writes.
 
+mod float_words;
+
 use wgpu::naga;
 use wgpu::naga::valid::{Capabilities, GlobalUse, ValidationFlags, Validator};
 
+pub(crate) use self::float_words::FloatWords;
 use super::shader::ShaderError;
 
 /// A resource variable of a shader.
@@ -19,6 +22,8 @@ pub struct Variable {
     pub is_written: bool,
     /// Whether the shader may read the resource's earlier content.
     pub is_read: bool,
+    /// The floats of a storage buffer that the shader may write; empty for other resources.
+    pub(crate) floats: FloatWords,
 }
 
 impl Variable {
@@ -76,6 +81,10 @@ impl Reflection {
                     },
                     is_written,
                     is_read,
+                    floats: match variable.space {
+                        naga::AddressSpace::Storage { .. } if is_written => FloatWords::of(module, variable.ty),
+                        _ => FloatWords::default(),
+                    },
                 });
             }
             entry_points.push((entry_point.name.clone(), variables));
@@ -99,6 +108,9 @@ impl Reflection {
                         known.entry.visibility |= variable.entry.visibility;
                         known.is_read |= variable.is_read;
                         known.is_written |= variable.is_written;
+                        if !known.floats.has_any() {
+                            known.floats.clone_from(&variable.floats);
+                        }
                         // A texture that is sampled in one stage has to be filterable in both.
                         if is_filterable(&variable.entry.ty) {
                             known.entry.ty = variable.entry.ty;

@@ -31,6 +31,15 @@ pub struct Content {
     pub group: Group,
     /// One sentence that says what the picture shows.
     pub sentence: &'static str,
+    /// Channels of an integer format that hold the bits of 32-bit floats, as a mask.
+    pub(crate) float_words: u32,
+}
+
+impl Content {
+    /// Returns the content of a picture of words, of which these channels, as a mask, hold the bits of 32-bit floats.
+    pub(crate) const fn with_float_words(self, float_words: u32) -> Self {
+        Self { float_words, ..self }
+    }
 }
 
 /// A heading of the list of pictures, in the order of that list.
@@ -71,7 +80,7 @@ impl Group {
 
     /// Returns what a picture of this group shows.
     pub(crate) const fn shows(self, sentence: &'static str) -> Content {
-        Content { group: self, sentence }
+        Content { group: self, sentence, float_words: 0 }
     }
 }
 

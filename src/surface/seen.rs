@@ -24,7 +24,9 @@ pub(crate) const NORMAL: TargetKind = TargetKind::storage(
 pub(crate) const NORMAL_AND_LIGHTNESS: TargetKind = TargetKind::storage(
     "normal and lightness",
     wgpu::TextureFormat::Rg32Uint,
-    Group::Surface.shows("Normal of the surface, as red, green and blue, in scenes with models or trees"),
+    Group::Surface
+        .shows("Normal of the surface, as red, green and blue, in scenes with models or trees")
+        .with_float_words(0b10),
 );
 
 /// Returns whether the picture `name` holds words of normals.

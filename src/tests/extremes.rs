@@ -2,6 +2,15 @@
 //! km between samples, fields of view of 1° to 150°, pictures of one pixel.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
+mod checked;
+mod lands;
+mod lettering;
+mod scenes;
+mod styles;
+mod times;
+mod twins;
+mod views;
+
 use crate::tests::common;
 
 use std::sync::Arc;

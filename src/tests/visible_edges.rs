@@ -157,7 +157,7 @@ impl Bench {
             let chains = chain::run(&mut recorder, &inputs);
             points::run(&mut recorder, lists, list, &chains);
         }
-        recorder.submit();
+        recorder.submit().unwrap();
         self.gpu.wait();
         self.gpu.check().unwrap();
         let counts: StrokeCounts = read_buffer(&self.gpu, &lists.counts.raw, 1).unwrap()[0];

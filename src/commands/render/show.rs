@@ -11,6 +11,7 @@ use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::png::{PngPixels, PngWriter};
 use crate::frame::Renderer;
+use crate::gpu::recorder::Submits;
 use crate::picture::show::{self, ShowError};
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::view::Pose;
@@ -34,13 +35,18 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
 }
 
 impl Job<'_> {
-    /// Draws a frame, and writes the picture that `--show` names to `path`.
+    /// Draws a frame, and writes the picture that `--show` names to `path`. Warns of numbers in the frame that are not
+    /// finite.
     pub(super) fn show(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let name = self.args.show.as_deref().unwrap_or_default();
         let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
         renderer.set_traces(true);
         renderer.set_wants_ids(true);
+        renderer.set_submits(Submits::Checked);
         let report = self.render(pose, pose, |_| Ok(()))?;
+        for found in self.renderer.as_mut().map(Renderer::take_non_finite).unwrap_or_default() {
+            tracing::warn!("{found}");
+        }
         let trace = self.renderer.as_ref().map(Renderer::trace).unwrap_or_default();
         let picture = match show::read(&self.gpu, trace, name, self.args.size()) {
             Ok(picture) => picture,

@@ -15,7 +15,7 @@ pub(crate) const MARK_DISTANCE: TargetKind = TargetKind::storage(
 pub(crate) const MARK_SURFACE: TargetKind = TargetKind::storage(
     "mark surface",
     wgpu::TextureFormat::Rg32Uint,
-    Group::Trees.shows("Normal for hatching marks, for which crowns are rounded"),
+    Group::Trees.shows("Normal for hatching marks, for which crowns are rounded").with_float_words(0b10),
 );
 
 /// Inputs and outputs of the pass.

@@ -55,7 +55,7 @@ impl Bench {
         let Self { gpu, timer, pools, capacity, rules, segments, counts } = self;
         let mut recorder = Recorder::new(gpu, pools, timer, Submits::default(), false);
         chain::run(&mut recorder, &chain::Inputs { rules: *rules, capacity: *capacity, segments, counts });
-        recorder.submit();
+        recorder.submit().unwrap();
         self.gpu.wait();
     }
 

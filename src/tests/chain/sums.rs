@@ -40,7 +40,7 @@ fn prefix_sums() {
         let mut recorder = Recorder::new(&gpu, &mut pools, &mut timer, Submits::default(), false);
         let counted = Count::Counted { numbers: &numbers, index: 3, capacity };
         scan::run(&mut recorder, if is_known { Count::Of(count.min(capacity)) } else { counted }, &values);
-        recorder.submit();
+        recorder.submit().unwrap();
         let mut sum = 0_u32;
         let used = count.min(capacity).min(MAX_VALUES) as usize;
         for value in &mut expected[..=used] {

@@ -41,7 +41,7 @@ impl Bench {
         let mut recorder = Recorder::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
         record(&mut recorder);
         let is_complete = recorder.is_complete();
-        recorder.submit();
+        recorder.submit().unwrap();
         assert!(is_complete, "{:?}", self.gpu.pipelines().shader_errors());
         self.gpu.wait();
         self.gpu.check().unwrap();

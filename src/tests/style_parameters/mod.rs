@@ -4,7 +4,7 @@
 
 #[cfg(any(feature = "window", feature = "headset"))]
 mod labels;
-mod random;
+pub(super) mod random;
 
 use std::collections::BTreeSet;
 use std::fmt::Debug;

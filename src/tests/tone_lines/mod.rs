@@ -91,7 +91,7 @@ impl Bench {
             &mut self.targets,
         );
         assert!(recorder.is_complete());
-        recorder.submit();
+        recorder.submit().unwrap();
         self.gpu.wait();
         self.gpu.check().unwrap();
         Ink(draw::halves(&self.gpu, &ink).into_iter().map(|[dark, light, ..]| [dark, light]).collect())

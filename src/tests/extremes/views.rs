@@ -1,0 +1,111 @@
+//! Every kind of ink from every extreme view, of land from 1 mm to 10 km between samples, and 10,000 km from the origin.
+
+use glam::DVec3;
+use hachure::frame::Light;
+use hachure::scene::stereo::Pair;
+use hachure::scene::view::Pose;
+use hachure::style::{self, Style};
+
+use super::checked::{Checked, SIZE_PX};
+use super::lands::{Camera, EXTREME, Land, ORDINARY, SPACING_M};
+use crate::tests::common::draw::{NOON, north_west, still};
+use crate::tests::common::full;
+
+/// A preset for each kind of ink: curvature, rows, cuts, water, relief, lines from shading, marks, panorama, detected
+/// lines, and the sky.
+const KINDS: [&str; 10] =
+    ["suggestive", "hachures", "engraving", "wash", "relief", "tone-lines", "pencil", "panorama", "ink", "night"];
+
+/// Returns the presets to draw.
+pub(super) fn kinds() -> Vec<Style> {
+    let is_wanted = |name: &&str| full() || KINDS.contains(name);
+    style::names().into_iter().filter(is_wanted).map(|name| Style::load(name).unwrap()).collect()
+}
+
+/// Suns at the horizon, below it, and straight above and below.
+pub(super) fn suns() -> [(&'static str, Light); 5] {
+    let light = |x: f64, y: f64, z: f64| Light { to_sun: DVec3::new(x, y, z).normalize(), ..NOON };
+    [
+        ("the sun at the horizon", light(-0.8, 0.6, 0.0)),
+        ("the sun below the horizon", light(-0.8, 0.6, -0.4)),
+        ("the sun straight below", light(0.0, 0.0, -1.0)),
+        ("the sun straight above", light(0.0, 0.0, 1.0)),
+        ("the sun behind the horizon's edge", light(0.0, 1.0, -1e-9)),
+    ]
+}
+
+/// Draws a style from all views, under all suns, and in pictures of few pixels.
+fn draw_all(checked: &mut Checked, poses: &[(&Camera, Pose)], land: &str, style: &Style) {
+    let [(_, ordinary), ..] = poses else { return };
+    for (camera, pose) in poses {
+        let name = format!("{}, {land}, {}", style.name, camera.name);
+        checked.case(&name, *pose, SIZE_PX, style, &north_west());
+    }
+    for (sun, light) in suns() {
+        checked.case(&format!("{}, {land}, {sun}", style.name), *ordinary, SIZE_PX, style, &light);
+    }
+    let thin: &[[u32; 2]] = if full() { &[[1, 1], [2, 1], [1, 60], [300, 1]] } else { &[[1, 1]] };
+    for size_px in thin {
+        checked.case(&format!("{}, {land}, {size_px:?} px", style.name), *ordinary, *size_px, style, &north_west());
+    }
+}
+
+fn poses(land: &Land) -> Vec<(&'static Camera, Pose)> {
+    let most = if full() { EXTREME.len() } else { 9 };
+    [&ORDINARY].into_iter().chain(&EXTREME[..most]).map(|camera| (camera, land.pose(camera))).collect()
+}
+
+#[test]
+fn every_kind_of_ink_is_finite_from_every_view() {
+    let spacings_m = if full() { &[SPACING_M, 0.001, 10_000.0, 0.03, 1.0, 500.0][..] } else { &[SPACING_M] };
+    for spacing_m in spacings_m {
+        let Some(land) = Land::of_spacing(*spacing_m) else { return };
+        let (poses, name) = (poses(&land), land.name);
+        let mut checked = Checked::new(land.world);
+        for style in kinds() {
+            draw_all(&mut checked, &poses, &name, &style);
+        }
+        checked.finish(&name);
+    }
+}
+
+#[test]
+fn every_kind_of_ink_is_finite_on_land_of_every_spacing() {
+    for land in [Land::of_spacing(0.001), Land::of_spacing(10_000.0), Land::far()] {
+        let Some(land) = land else { return };
+        let cameras = if full() { &EXTREME[..] } else { &EXTREME[..3] };
+        let poses: Vec<_> = [&ORDINARY].into_iter().chain(cameras).map(|camera| (camera, land.pose(camera))).collect();
+        let mut checked = Checked::new(land.world);
+        for style in kinds() {
+            for (camera, pose) in &poses {
+                let name = format!("{}, {}, {}", style.name, land.name, camera.name);
+                checked.case(&name, *pose, SIZE_PX, &style, &north_west());
+                let next = Pose { position_m: pose.position_m + pose.right * (0.3 * land.factor), ..*pose };
+                checked.then(&name, [*pose, next], SIZE_PX, &style, &north_west());
+            }
+        }
+        checked.finish(&land.name);
+    }
+}
+
+#[test]
+fn pairs_of_eyes_are_finite() {
+    let Some(land) = Land::of_spacing(SPACING_M) else { return };
+    let poses = poses(&land);
+    let mut checked = Checked::new(land.world);
+    for style in kinds() {
+        for (camera, pose) in poses.iter().take(if full() { poses.len() } else { 3 }) {
+            for ipd_m in [0.0, 0.065, 1e6] {
+                let rig = Pair { ipd_m, convergence_m: (ipd_m > 0.0).then_some(0.01) }.rig(&still(*pose, SIZE_PX));
+                checked.renderer.forget();
+                let (gpu, surfaces) = (&checked.world.gpu, &mut checked.world.surfaces);
+                checked.renderer.render_eyes(gpu, surfaces, &rig, &style, &north_west()).unwrap();
+                gpu.check().unwrap();
+                checked.frames += 1;
+                let found = checked.renderer.take_non_finite();
+                checked.note(&format!("{}, eyes {ipd_m} m apart, {}", style.name, camera.name), &found);
+            }
+        }
+    }
+    checked.finish("pairs of eyes");
+}
