@@ -142,7 +142,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "NAMES", default_value_t)]
     pub aov_names: Names,
     /// Write this intermediate render target of the frame instead of the drawing. An unknown name lists the available
-    /// ones
+    /// ones. A number in the frame that is not finite is a warning that names its pass and pixel
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
     /// Add a title block below the picture: this text, the camera's position and the style; for a --map a scale bar,

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use hachure::frame::{Light, Renderer};
+use hachure::frame::{DISTANCE, Light, Renderer};
 use hachure::gpu::finite::{NonFinite, Place};
 use hachure::gpu::recorder::Submits;
 use hachure::gpu::shader::SHADERS;
@@ -11,7 +11,7 @@ use hachure::gpu::texts::Texts;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 
-use crate::tests::common::draw::{draw, north_west, still};
+use crate::tests::common::draw::{draw, floats, north_west, still};
 use crate::tests::common::{World, grid_of, rough_height_m};
 
 pub(super) const SIZE_PX: [u32; 2] = [64, 48];
@@ -55,6 +55,12 @@ impl Checked {
         let [previous, pose] = poses;
         let found = self.frame(&View::whole(previous, pose, size_px), style, light);
         self.note(&format!("{name}, in motion"), &found);
+    }
+
+    /// Returns the part of the last picture that shows ground.
+    pub(super) fn ground(&self) -> f64 {
+        let along_m = floats::<1>(&self.world.gpu, self.renderer.target(&DISTANCE).unwrap());
+        along_m.iter().filter(|along_m| along_m[0] > 0.0).count() as f64 / along_m.len() as f64
     }
 
     pub(super) fn note(&mut self, name: &str, found: &[NonFinite]) {
@@ -118,18 +124,18 @@ fn a_nan_in_one_texel_is_found_with_its_pass_and_pixel() {
         assert_eq!(checked.frame(&still(pose, SIZE_PX), &style, &north_west()), []);
         checked.renderer.set_submits(Submits::Checked);
     }
+    finds_planted_strokes(&mut checked, pose, folder.path());
 }
 
-#[test]
-fn a_nan_in_a_buffer_is_found_with_its_pass() {
-    let Some((mut checked, pose, folder)) = planted_world() else { return };
+/// Checks that a planted NaN in a buffer of strokes is found.
+fn finds_planted_strokes(checked: &mut Checked, pose: Pose, folder: &Path) {
     let style = Style::load("strokes").unwrap();
     checked.case("strokes", pose, SIZE_PX, &style, &north_west());
     assert_eq!(checked.wrong, [""; 0]);
     // Only the first of two numbers is not finite.
     let statement = "points[place + number] = Point(vec2<f32>(bitcast<f32>(0x7fc00000u | (id.x & 1u)), 1.0), at.z, \
                      number, kind, 0u);";
-    plant(folder.path(), "lines/strokes/points", "    lengths[place + number] = ", statement).unwrap();
+    plant(folder, "lines/strokes/points", "    lengths[place + number] = ", statement).unwrap();
     checked.renderer.reload_shaders(&checked.world.gpu);
     checked.case("strokes", pose, SIZE_PX, &style, &north_west());
     let found = checked.wrong.first().unwrap();

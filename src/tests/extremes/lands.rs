@@ -56,19 +56,22 @@ impl Land {
         Some(Self { name, world, factor: spacing_m / SPACING_M, middle_m: DVec2::ZERO })
     }
 
-    /// Returns two rough lands of ordinary spacing [`FAR_M`] west and east of the origin; the middle is that in the east.
+    /// Returns rough land of ordinary spacing [`FAR_M`] east of the origin, on a plain whose middle is the origin.
     pub(super) fn far() -> Option<Self> {
         Self::far_of(&grid(SPACING_M))
     }
 
-    /// Returns a grid of ordinary spacing twice, as [`Land::far`].
+    /// Returns the land of a grid of ordinary spacing at the place of [`Land::far`].
     pub(super) fn far_of(grid: &HeightGrid) -> Option<Self> {
-        let member = |east_m: f64| {
-            let mut member = grid.clone();
-            member.georeference.crs_from_grid[0] += east_m;
-            Arc::new(MemoryStore::new(member, "land", &Silent).unwrap()) as Arc<dyn TileStore>
-        };
-        let store = Arc::new(MosaicStore::new(vec![member(-FAR_M), member(FAR_M)]).unwrap());
+        let member =
+            |grid: HeightGrid| Arc::new(MemoryStore::new(grid, "land", &Silent).unwrap()) as Arc<dyn TileStore>;
+        let mut there = grid.clone();
+        there.georeference.crs_from_grid[0] += FAR_M;
+        // The world reaches as far west as east, and its middle is the origin.
+        let plain_spacing_m = 1024.0 * SPACING_M;
+        let half = ((FAR_M + f64::from(SAMPLES) * SPACING_M) / plain_spacing_m).ceil() as u32;
+        let plain = grid_of(2 * half + 1, 9, plain_spacing_m, |_, _| 400.0);
+        let store = Arc::new(MosaicStore::new(vec![member(there), member(plain)]).unwrap());
         let world = World::of_store(grid.clone(), tempfile::tempdir().unwrap(), store, 1.0)?;
         let middle_m = DVec2::new(FAR_M, 0.0);
         assert!(world.surfaces.terrain.height_m(middle_m).is_some(), "there is land");
@@ -82,10 +85,10 @@ impl Land {
         let at = DVec2::new(x, y) * self.factor + self.middle_m;
         let z = match z_m {
             Height::Ground(above_m) => format!("{:+}", above_m * self.factor.min(4.0)),
-            Height::Sea(z_m) => format!("{}", z_m * self.factor),
+            // A camera is at most 100,000 km away.
+            Height::Sea(z_m) => format!("{}", (z_m * self.factor).clamp(-1e8, 1e8)),
         };
-        // A camera is at most 100 000 km away.
-        self.world.pose(&format!("{},{},{z},{yaw_deg},{pitch_deg},{fov_deg}", at.x.min(1e8), at.y.min(1e8)))
+        self.world.pose(&format!("{},{},{z},{yaw_deg},{pitch_deg},{fov_deg}", at.x, at.y))
     }
 }
 

@@ -92,10 +92,12 @@ fn cases() -> Vec<Case> {
 #[test]
 fn every_parameter_is_finite_at_both_ends_of_its_range() {
     let Some(land) = Land::of_spacing(SPACING_M) else { return };
-    let cameras = if full() { vec![&ORDINARY, &EXTREME[2], &EXTREME[6]] } else { vec![&ORDINARY] };
+    let cameras = if full() { vec![&ORDINARY, &EXTREME[2]] } else { vec![&ORDINARY] };
     let poses: Vec<_> = cameras.into_iter().map(|camera| (camera, land.pose(camera))).collect();
     let mut checked = Checked::new(land.world);
-    for Case { name, style } in cases() {
+    // A sample in the short tier.
+    let every = if full() { 1 } else { 8 };
+    for Case { name, style } in cases().into_iter().step_by(every) {
         for (camera, pose) in &poses {
             checked.case(&format!("{name}, {}", camera.name), *pose, SIZE_PX, &style, &north_west());
         }
@@ -110,7 +112,7 @@ fn random_styles_are_finite() {
     let poses: Vec<_> = cameras.iter().map(|camera| land.pose(camera)).collect();
     let lights: Vec<_> = [("the sun of maps", north_west())].into_iter().chain(suns()).collect();
     let mut checked = Checked::new(land.world);
-    let seeds = if full() { 200 } else { 8 };
+    let seeds = if full() { 200 } else { 4 };
     for seed in 0..seeds {
         let text = random::table::<Style>(&mut Random(seed), false).to_string();
         let style = Style::parse("x.toml", &text).unwrap_or_else(|error| panic!("seed {seed}: {error}\n{text}"));
