@@ -137,11 +137,13 @@ impl RowMemory {
         let greatest_level = greatest_level(terrain);
         let max_blocks = POOL_SLOTS * POOLS.end();
         let mut spacing_px = rows.spacing_px;
-        let mut wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
-        while wanted.len() > max_blocks {
-            spacing_px *= WIDER;
-            wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
-        }
+        let wanted = loop {
+            let cells_m = spacing_m * focal_px / f64::from(spacing_px);
+            match blocks(selection, cells_m, greatest_level, max_blocks) {
+                Some(wanted) => break wanted,
+                None => spacing_px *= WIDER,
+            }
+        };
         let max_marks = (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32;
         let rules = RowRules {
             spacing_px,
@@ -267,8 +269,9 @@ fn greatest_level(terrain: &Terrain) -> i32 {
 }
 
 /// Returns the blocks of the visible land, nearest first. A cell of level 0 at a distance of one metre is `cells_m`
-/// spacings wide.
-fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Address> {
+/// spacings wide. Returns `None` if there are more than `most`: a patch of a wide plain next to the eye has billions, which
+/// are not even listed.
+fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32, most: usize) -> Option<Vec<Address>> {
     // The level that is visible at a distance: its cells are between one and two spacings wide.
     let level_at = |distance_m: f64| 1.0 - (cells_m / distance_m.max(1e-3)).log2();
     let mut nearest_m: FxHashMap<Address, f64> = FxHashMap::default();
@@ -283,10 +286,10 @@ fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Addre
             let cell = f64::from(level).exp2();
             let per_block = 1.0 / (f64::from(CELLS) * cell);
             let number = |sample: f64| (sample * per_block).floor() as i32;
-            let most = (f64::from(greatest_level - level)).exp2() as i32 - 1;
+            let last = (f64::from(greatest_level - level)).exp2() as i32 - 1;
             let [low, high] = [first - AROUND * cell, first + side + AROUND * cell];
-            for y in number(low.y).max(0)..=number(high.y).min(most) {
-                for x in number(low.x).max(0)..=number(high.x).min(most) {
+            for y in number(low.y).max(0)..=number(high.y).min(last) {
+                for x in number(low.x).max(0)..=number(high.x).min(last) {
                     let address = Address { level, x, y };
                     let place = (x & 3 | (y & 3) << 2 | (level & 3) << 4) as usize;
                     if recent[place].0 == address && recent[place].1 <= *near_m {
@@ -295,11 +298,14 @@ fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Addre
                     let nearest = nearest_m.entry(address).or_insert(f64::INFINITY);
                     *nearest = nearest.min(*near_m);
                     recent[place] = (address, *nearest);
+                    if nearest_m.len() > most {
+                        return None;
+                    }
                 }
             }
         }
     }
     let mut found: Vec<(Address, f64)> = nearest_m.into_iter().collect();
     found.sort_unstable_by(|(a, a_m), (b, b_m)| a_m.total_cmp(b_m).then(a.cmp(b)));
-    found.into_iter().map(|(address, _)| address).collect()
+    Some(found.into_iter().map(|(address, _)| address).collect())
 }
