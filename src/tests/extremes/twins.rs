@@ -182,9 +182,9 @@ fn curvature_is_that_of_the_land() {
             };
             let (error, turn_deg, name) = (off(1.0), saddle.turn_deg(&blocks, 1.0), &saddle.land.name);
             println!("{name}, {camera:?}: curvature off by {error:.2e}, normals by {turn_deg:.2e} degrees");
-            assert!(error < 0.05 && turn_deg < 0.5, "{name}, {camera:?}: {error} and {turn_deg} degrees");
+            assert!(error < 0.01 && turn_deg < 0.02, "{name}, {camera:?}: {error} and {turn_deg} degrees");
             // Planted: a saddle of other radii.
-            assert!(off(1.1) > 0.05 && saddle.turn_deg(&blocks, 1.1) > 0.5);
+            assert!(off(1.1) > 0.01 && saddle.turn_deg(&blocks, 1.1) > 0.02);
         }
     }
 }
@@ -200,9 +200,9 @@ fn light_falls_on_the_form_of_the_land() {
             let blocks = saddle.draw(&mut renderer, camera, &style, &FORM_NORMAL);
             let (turn_deg, name) = (saddle.turn_deg(&blocks, 1.0), &saddle.land.name);
             println!("{name}, {camera:?}: the form's normal is off by {turn_deg:.2e} degrees");
-            assert!(turn_deg < 0.5, "{name}, {camera:?}: {turn_deg} degrees");
+            assert!(turn_deg < 0.02, "{name}, {camera:?}: {turn_deg} degrees");
             // Planted: a saddle of other radii.
-            assert!(saddle.turn_deg(&blocks, 1.1) > 0.5);
+            assert!(saddle.turn_deg(&blocks, 1.1) > 0.02);
         }
     }
 }
