@@ -39,6 +39,7 @@ pub mod frame;
 mod lettering;
 mod vector;
 pub mod picture;
+pub(crate) mod governor;
 pub mod measure;
 #[cfg(any(feature = "window", feature = "headset"))]
 mod studio;

@@ -15,10 +15,10 @@
 // kinds of line have them. u makes lines swing from side to side, v gives them soft borders.
 //
 // The thesis measures u on the page, so a texture slides over the land as the camera moves, and swirls where a line
-// bends ("some warping"). Here u is the distance along the surface's own curve: the position on an axis of the world
-// that is near the line's direction there, one of AXES around the compass or the height, in texels of a ladder of
-// scales on which a texel is about a pixel (Benard and others 2009, as for hatching). Two axes, and two scales, blend
-// into each other.
+// bends ("some warping"). Here u is fixed to the land: the position on an axis of the world that is near the line's
+// direction, one of AXES around the compass or the height, in texels of a ladder of scales on which a texel is about a
+// pixel (Benard and others 2009, as for hatching). The direction is that of the line across the view, so the texture of
+// a line that recedes is compressed. Two axes, and two scales, blend into each other.
 //
 // TEXTURED draws through a stroke texture, which repeats along u and v.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
@@ -73,12 +73,12 @@ const ON_PLANE: f32 = 2.0;
 const MIN_BEND: f32 = 1e-4;
 const TURN: f32 = 6.2831855;
 
-// Number of level axes; the axis of height follows them.
+// Number of horizontal axes; the axis of height follows them.
 const AXES: i32 = 32;
-// Sine of a line's steepness between which the axis of height replaces level ones.
-const LEVEL_UP_TO: f32 = 0.6;
+// Sines of a line's steepness between which the axis of height replaces horizontal ones.
+const HORIZONTAL_UP_TO: f32 = 0.6;
 const UPRIGHT_FROM: f32 = 0.8;
-// Part of the way to the next axis or scale from which it fades in, and at which it has replaced the first.
+// The blend to the next axis or scale begins at this fraction of the step to it, and ends at FADE_TO.
 const FADE_FROM: f32 = 0.3;
 const FADE_TO: f32 = 0.7;
 
@@ -94,28 +94,28 @@ struct Along {
     upright: f32,
 }
 
-// A way to measure u: its value in pixels, its weight, and the number of axis and level.
-struct Measured {
+// u by one axis and one scale: its value in pixels, its weight in the blend, and the number of axis and scale.
+struct Coordinate {
     u_px: f32,
     weight: f32,
     id: u32,
 }
 
-// Number of ways: two scales for each of two level axes, and of the height.
-const WAYS: u32 = 6u;
+// Number of coordinates: by two scales of each of two horizontal axes, and of the height.
+const COORDINATES: u32 = 6u;
 
 // Returns a line at a pixel; `along` is its direction on the page.
 fn along_line(at: vec4<f32>, along: vec2<f32>) -> Along {
     let step_m = (view.ray_dx * along.x + view.ray_dy * along.y) * at.w;
     let steepness = abs(step_m.z) / max(length(step_m), 1e-20);
     let azimuth = (atan2(step_m.x, step_m.y) / TURN + 1.0) * f32(AXES);
-    return Along(at.xyz, step_m, azimuth, smoothstep(LEVEL_UP_TO, UPRIGHT_FROM, steepness));
+    return Along(at.xyz, step_m, azimuth, smoothstep(HORIZONTAL_UP_TO, UPRIGHT_FROM, steepness));
 }
 
-fn measured(line: Along, way: u32) -> Measured {
-    let is_upright = way >= 4u;
+fn coordinate(line: Along, blend: u32) -> Coordinate {
+    let is_upright = blend >= 4u;
     let first = floor(line.azimuth);
-    let is_second = (way & 2u) != 0u;
+    let is_second = (blend & 2u) != 0u;
     let next = smoothstep(FADE_FROM, FADE_TO, line.azimuth - first);
     let of_azimuth = (1.0 - line.upright) * select(1.0 - next, next, is_second);
     let of_axis = select(of_azimuth, line.upright, is_upright);
@@ -125,12 +125,12 @@ fn measured(line: Along, way: u32) -> Measured {
     let change_m = max(abs(dot(axis, line.step_m)), 1e-12);
     let step = clamp(2.0 * log2(change_m) - f32(curvature_lines.first_level), 0.0, f32(curvature_lines.level_count) - 1.001);
     let coarser = smoothstep(FADE_FROM, FADE_TO, fract(step));
-    let is_coarser = (way & 1u) != 0u;
+    let is_coarser = (blend & 1u) != 0u;
     let level = i32(floor(step)) + select(0, 1, is_coarser);
     let number = select(azimuth, AXES, is_upright) * curvature_lines.level_count + level;
     let texels_per_m = exp2(-0.5 * f32(level + curvature_lines.first_level));
     let u_px = line_phases[number] + dot(axis, line.at_m) * texels_per_m;
-    return Measured(u_px, of_axis * select(1.0 - coarser, coarser, is_coarser), u32(number));
+    return Coordinate(u_px, of_axis * select(1.0 - coarser, coarser, is_coarser), u32(number));
 }
 
 #ifdef TEXTURED
@@ -141,12 +141,12 @@ fn ink_of(line: Along, across_px: f32, half_width_px: f32) -> f32 {
         return 0.0;
     }
     var ink = 0.0;
-    for (var way = 0u; way < WAYS; way++) {
-        let by = measured(line, way);
-        if by.weight > 0.0 {
-            let uv = brush_uv(brush, by.u_px, across_px, max(half_width_px, 0.25), by.id);
+    for (var blend = 0u; blend < COORDINATES; blend++) {
+        let u = coordinate(line, blend);
+        if u.weight > 0.0 {
+            let uv = brush_uv(brush, u.u_px, across_px, max(half_width_px, 0.25), u.id);
             let texel = textureSampleLevel(brush_tile, brush_sampler, uv, 0.0).xy;
-            ink += by.weight * brush_ink(brush, texel, 1.0, abs(across_px), half_width_px);
+            ink += u.weight * brush_ink(brush, texel, 1.0, abs(across_px), half_width_px);
         }
     }
     return covered * ink;
@@ -165,9 +165,9 @@ fn swing_px(line: Along) -> f32 {
         return 0.0;
     }
     var swing = 0.0;
-    for (var way = 0u; way < WAYS; way++) {
-        let by = measured(line, way);
-        swing += by.weight * sin(by.u_px * TURN / curvature_lines.warp_length_px);
+    for (var blend = 0u; blend < COORDINATES; blend++) {
+        let u = coordinate(line, blend);
+        swing += u.weight * sin(u.u_px * TURN / curvature_lines.warp_length_px);
     }
     return curvature_lines.warp_px * swing;
 }

@@ -11,6 +11,7 @@
 mod again;
 mod against_reference;
 mod built_in_suites;
+mod governed;
 mod pairs;
 mod passes;
 pub(crate) mod portable;
@@ -23,6 +24,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 
+use self::governed::Governed;
 use self::pairs::{Checks, PairPlan};
 use self::style_run::StyleRun;
 use self::sweep::{Sweep, Variant};
@@ -67,6 +69,43 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 /// For each of them, whether hachure wrote the file at a path.
 const IS_OWN: [fn(&Path) -> bool; 3] = [is_frames_csv, is_page, Report::is_report];
 
+/// Options that the parts of a suite have, and the suite has not.
+const PARTS_ONLY: [&str; 33] = [
+    "antialias",
+    "budget",
+    "compare",
+    "convergence",
+    "date",
+    "encoding",
+    "exaggeration",
+    "eyes",
+    "focus",
+    "front",
+    "haze",
+    "height_offset",
+    "height_scale",
+    "height_unit",
+    "ipd",
+    "lod_error",
+    "nodata",
+    "path",
+    "place",
+    "quality",
+    "real_time",
+    "sea_level",
+    "seed",
+    "side_light",
+    "styles",
+    "sun",
+    "sweep",
+    "tile_rows",
+    "trees",
+    "trust_scene",
+    "voids",
+    "water",
+    "world",
+];
+
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub(crate) struct BenchArgs {
@@ -74,13 +113,13 @@ pub(crate) struct BenchArgs {
     #[command(flatten)]
     pub world: WorldArgs,
     /// Camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour, valley, teleport,
-    /// ascent)
+    /// ascent); required without --suite
     #[arg(long, required_unless_present = "suite")]
     pub path: Option<PathBuf>,
-    /// Several benchmarks with one report, which has published figures beside ours: a built-in suite (pietrok, lsa,
-    /// stereo, tone-lines, relief, hatching, forest, world), or a TOML file of benchmarks. --size, --frames,
-    /// --tile-memory and --steadiness-pairs replace those of its benchmarks
-    #[arg(long, value_name = "SUITE", conflicts_with_all = ["path", "world", "styles", "sweep", "compare", "real_time", "eyes", "quality", "lod_error", "antialias"])]
+    /// Run a list of benchmarks, and write one report that compares them with published figures: a built-in suite
+    /// (pietrok, lsa, stereo, tone-lines, relief, hatching, forest, world), a TOML file, or a folder with suite.toml.
+    /// --size, --frames, --tile-memory and --steadiness-pairs replace those of its benchmarks
+    #[arg(long, value_name = "SUITE", conflicts_with_all = PARTS_ONLY)]
     pub suite: Option<PathBuf>,
     /// Presets (`hachure styles` lists them) or style files, separated by commas; the report compares times with those
     /// of the first
@@ -112,6 +151,10 @@ pub(crate) struct BenchArgs {
     /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
+    /// Time that a frame may take on the GPU, in milliseconds (11.1 for 90 a second): with --real-time, a governor
+    /// chooses among the settings of the style's measured front, and the report says how the budget was held
+    #[arg(long, value_name = "MS", requires = "real_time", conflicts_with = "lod_error", value_parser = arguments::within(ranges::BUDGET_MS), allow_hyphen_values = true)]
+    pub budget: Option<f64>,
     /// Memory for heights on the GPU, and as much again in main memory, in MiB per style and setting; styles with
     /// shadows or water need a quarter more on the GPU for maps of the same tiles, and styles with both a half more
     /// [default: 512]
@@ -126,13 +169,14 @@ pub(crate) struct BenchArgs {
     /// report's folder and the GPU is the same
     #[arg(long, value_name = "OLD.json")]
     pub compare: Option<PathBuf>,
-    /// Output folder for report.json, frames.csv and report.html
+    /// Output folder: for report.json, frames.csv and report.html, the fronts of --sweep (front-STYLE.toml), or the
+    /// report of a suite (suite.json, suite.html) with a folder for each of its benchmarks
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Replace report.json, frames.csv and report.html in the output folder even if hachure did not write them
+    /// Replace these files in the output folder even if hachure did not write them
     #[arg(long)]
     pub overwrite: bool,
-    /// Print report.json instead of a table
+    /// Print report.json, or suite.json, instead of a table
     #[arg(long)]
     pub json: bool,
 }
@@ -188,6 +232,8 @@ struct Planned<'a> {
     scene: Scene,
     /// The settings of each style.
     variants: Vec<Vec<Variant>>,
+    /// The governor of each style.
+    governed: Vec<Option<Governed>>,
     baseline: Option<Baseline>,
 }
 
@@ -199,8 +245,12 @@ impl<'a> Planned<'a> {
             bail!("{}: is a file, and bench writes its report into a folder", named(&args.output));
         }
         sweep::check(args)?;
+        if !args.sweep.is_empty() && args.quality.quality.is_some() {
+            bail!(Misuse("--sweep: measures a front, and --quality draws with one; give one of them".to_owned()));
+        }
         let path = args.path.as_deref().ok_or_else(|| Misuse("--path is missing".to_owned()))?;
         let variants = args.styles.iter().map(|name| Variant::all(args, name)).collect::<Result<Vec<_>, _>>()?;
+        let governed = args.styles.iter().map(|name| Governed::of(args, name)).collect::<Result<Vec<_>, _>>()?;
         let styles: Vec<Style> = variants.iter().flatten().map(|variant| variant.style.clone()).collect();
         args.world.check()?;
         // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
@@ -217,13 +267,20 @@ impl<'a> Planned<'a> {
         FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
         let mut own = FILES.iter().zip(IS_OWN);
         own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
-        for name in variants.iter().filter(|settings| settings.len() > 1).map(|settings| &settings[0].style.name) {
+        for (index, settings) in variants.iter().enumerate().filter(|(_, settings)| settings.len() > 1) {
+            let name = &settings[0].style.name;
+            let is_same = |other: &Vec<Variant>| quality::file_name(&other[0].style.name) == quality::file_name(name);
+            if variants[..index].iter().any(is_same) {
+                bail!(Misuse(format!(
+                    "--sweep: two of the styles are called {name}, and their fronts would be one file"
+                )));
+            }
             let front = args.output.join(quality::file_name(name));
             inputs.check(&front)?;
             unnamed::check(&front, args.overwrite, Front::is_own)?;
         }
         std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
-        Ok(Self { args, path, path_text, scene, variants, baseline })
+        Ok(Self { args, path, path_text, scene, variants, governed, baseline })
     }
 
     fn bake(&self) -> anyhow::Result<()> {
@@ -233,11 +290,13 @@ impl<'a> Planned<'a> {
 
     /// Flies the path in all styles, and writes the report.
     fn measure(self, gpu: &Gpu) -> anyhow::Result<Report> {
-        let Self { args, path: path_name, path_text, scene, variants, baseline } = self;
+        let Self { args, path: path_name, path_text, scene, variants, governed, baseline } = self;
         let settings_of_style = variants.first().map_or(1, Vec::len);
         let variants = variants.into_iter().flatten();
         let runs = variants.map(|variant| StyleRun::new(gpu, variant, args.tile_memory_mib(), &scene));
         let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
+        // A flight with a budget has no sweep, so each style has one run.
+        runs.iter_mut().zip(governed).for_each(|(run, governed)| run.set_governed(governed));
         let path = CameraPath::parse_on_ground(path_name, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
         runs[0].world.ground_was_read()?;
         path_fit::check_places(path_name, &path_text, &runs[0].world.surfaces.terrain.ground_heights())?
@@ -409,6 +468,7 @@ fn fly_by_the_clock(
             next_check_s += if checks.lod_error { between_checks_s } else { 0.0 };
             next_pair_s += if checks.begins_pair { between_pairs_s } else { 0.0 };
             run.fly(gpu, &path.sample(start_s + now_s), start_s + now_s, checks)?;
+            run.govern();
         }
     }
     Ok(())

@@ -10,10 +10,9 @@ use super::misuse::Misuse;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::frame::Antialias;
-use crate::measure::quality::{Front, Level, Point};
+use crate::measure::quality::{self, Front, Level, Point};
 use crate::measure::trade::SCALE;
 use crate::scene::ranges::{self, NumberRange};
-use crate::style::preset_text;
 use crate::style::set::SetValue;
 
 /// Allowed render scales.
@@ -25,14 +24,26 @@ const FRONTS: &[(&str, &str)] = &[("ink", include_str!("../../benches/fronts/ink
 /// `--quality` and `--front`.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct QualityArgs {
-    /// Speed or exactness: a point on the style's measured front. It sets --lod-error, --antialias and parameters of the
-    /// style, except those that are given
+    /// Trade speed for exactness: draw with settings that `hachure bench --sweep` has measured for the style. It changes
+    /// --lod-error, --antialias and parameters of the style, except those that are given. Only ink has built-in
+    /// measurements; --front names those of other styles
     #[arg(long, value_name = "LEVEL", value_enum)]
     pub quality: Option<Level>,
-    /// The measured front for --quality: a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
+    /// The measured settings for --quality (and for --budget of bench): a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
     /// preset]
-    #[arg(long, value_name = "FILE", requires = "quality")]
+    #[arg(long, value_name = "FILE")]
     pub front: Option<PathBuf>,
+}
+
+/// What a front is used for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Use {
+    /// A picture of the size that the user asks for, so without another render scale.
+    Picture,
+    /// Frames, with any render scale.
+    Frames,
+    /// Frames whose settings a governor chooses, from all points.
+    Governor,
 }
 
 /// What a point of a front, or a setting of a sweep, changes.
@@ -70,20 +81,41 @@ impl QualityArgs {
     /// Returns the setting for a style, which is a preset or a file; `None` without `--quality`.
     ///
     /// # Errors
-    /// [`Misuse`] if the style has no measured front; a file that cannot be read, or that is the front of another style.
-    pub(crate) fn setting(&self, style: &str) -> anyhow::Result<Option<Setting>> {
-        let Some(level) = self.quality else { return Ok(None) };
+    /// [`Misuse`] if nothing uses the front, or if the style has no measured front; a file that cannot be read, or that is the front of another style.
+    pub(crate) fn setting(&self, style: &str, use_of: Use) -> anyhow::Result<Option<Setting>> {
+        let Some(level) = self.quality else {
+            if self.front.is_some() && use_of != Use::Governor {
+                bail!(Misuse("--front: applies only to --quality or --budget, and neither is given".to_owned()));
+            }
+            return Ok(None);
+        };
+        let (front, from) = self.front_of(style)?;
+        let front = if use_of == Use::Picture { front.at_full_size() } else { front };
+        let Some(Point { set, .. }) = front.point(level) else {
+            bail!("{from}: none of its points has the level {}", level.name())
+        };
+        let setting = Setting::of(set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
+        setting.map(Some).map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))
+    }
+
+    /// Returns the measured front of a style, which is a preset or a file, and what to call the front in messages.
+    ///
+    /// # Errors
+    /// Those of [`QualityArgs::setting`].
+    pub(crate) fn front_of(&self, style: &str) -> anyhow::Result<(Front, String)> {
         let (front, from) = match &self.front {
             Some(path) => (read(path)?, named(path)),
             None => (built_in(style)?, format!("the front of {style}")),
         };
         let name = arguments::style(style)?.name;
         if front.style != name {
-            bail!("{from}: it is the front of the style {}, and {} is drawn", quoted(&front.style), quoted(&name));
+            bail!(
+                "{from}: it was measured for the style {}, and cannot be used for {}",
+                quoted(&front.style),
+                quoted(&name)
+            );
         }
-        let Some(Point { set, .. }) = front.point(level) else { bail!("{from}: it has no point {}", level.name()) };
-        let setting = Setting::of(set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
-        setting.map(Some).map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))
+        Ok((front, from))
     }
 }
 
@@ -95,12 +127,13 @@ fn read(path: &Path) -> anyhow::Result<Front> {
 fn built_in(style: &str) -> anyhow::Result<Front> {
     let text = FRONTS.iter().find(|(name, _)| *name == style).map(|(_, text)| *text);
     let Some(text) = text else {
-        let which = if preset_text(style).is_some() { "the preset" } else { "the style" };
         let measured = FRONTS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         bail!(Misuse(format!(
-            "--quality: no front is measured for {which} {}: `hachure bench --styles STYLE --sweep … -o DIR` writes one, \
-             which --front names (measured: {measured})",
-            named(style)
+            "--quality: {} has no measured settings (only {measured} has). Measure them: hachure bench --path tour --styles \
+             {} --sweep lod-error=0.5,1,4 -o DIR; then add --front DIR/{}",
+            named(style),
+            named(style),
+            quality::file_name(&arguments::style(style)?.name)
         )));
     };
     Front::parse(text).map_err(|error| anyhow::anyhow!("the front of {style}: {error}"))
@@ -120,7 +153,7 @@ mod tests {
             assert_eq!(front.style, *name);
             for level in Level::ALL {
                 let args = QualityArgs { quality: Some(level), front: None };
-                let setting = args.setting(name).unwrap().unwrap();
+                let setting = args.setting(name, Use::Frames).unwrap().unwrap();
                 arguments::style_with("--quality", name, &setting.values).unwrap();
             }
             let cost = |level| front.point(level).unwrap().cost;
@@ -140,21 +173,27 @@ mod tests {
                     \"lines.halved\" = \"true\" }\n";
         atomic::write(&path, text.as_bytes()).unwrap();
         let args = |level| QualityArgs { quality: Some(level), front: Some(path.clone()) };
-        let setting = args(Level::Draft).setting("ink").unwrap().unwrap();
+        let setting = args(Level::Draft).setting("ink", Use::Frames).unwrap().unwrap();
         assert_eq!((setting.lod_error_px, setting.scale, setting.antialias), (Some(4.0), Some(0.5), None));
         assert_eq!(setting.values[0].to_string(), "lines.halved=true");
-        for (level, style, cause) in
-            [(Level::Draft, "pen", "the front of the style"), (Level::Exact, "ink", "no point exact")]
-        {
-            let error = args(level).setting(style).unwrap_err().to_string();
+        for (level, style, cause) in [
+            (Level::Draft, "pen", "measured for the style"),
+            (Level::Exact, "ink", "none of its points has the level exact"),
+        ] {
+            let error = args(level).setting(style, Use::Frames).unwrap_err().to_string();
             assert!(error.contains(cause) && error.contains("front-ink.toml"), "{error}");
         }
         atomic::write(&path, text.replace("\"4\"", "\"-4\"").as_bytes()).unwrap();
-        let error = args(Level::Draft).setting("ink").unwrap_err().to_string();
+        let error = args(Level::Draft).setting("ink", Use::Frames).unwrap_err().to_string();
         assert!(error.contains("draft: lod-error=-4"), "{error}");
         // Without --quality there is no setting, and without a front an error that says how to measure one.
-        assert_eq!(QualityArgs::default().setting("ink").unwrap(), None);
-        let none = QualityArgs { quality: Some(Level::Draft), front: None }.setting("plain").unwrap_err();
+        assert_eq!(QualityArgs::default().setting("ink", Use::Frames).unwrap(), None);
+        let unused = QualityArgs { quality: None, front: Some(path) };
+        assert!(
+            unused.setting("ink", Use::Frames).unwrap_err().is::<Misuse>()
+                && unused.setting("ink", Use::Governor).unwrap().is_none()
+        );
+        let none = QualityArgs { quality: Some(Level::Draft), front: None }.setting("plain", Use::Frames).unwrap_err();
         assert!(none.is::<Misuse>() && none.to_string().contains("--sweep"), "{none}");
     }
 }

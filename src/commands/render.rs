@@ -28,7 +28,7 @@ use super::arguments;
 use super::misuse::Misuse;
 use super::place_args::{LookArgs, MapPlaceArgs};
 use super::progress::Bar;
-use super::quality_args::QualityArgs;
+use super::quality_args::{QualityArgs, Use};
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
 use super::{print, print_json};
@@ -142,7 +142,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "NAMES", default_value_t)]
     pub aov_names: Names,
     /// Write this intermediate render target of the frame instead of the drawing. An unknown name lists the available
-    /// ones. A number in the frame that is not finite is a warning that names its pass and pixel
+    /// ones. Prints a warning if a pass writes NaN or infinity
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
     /// Add a title block below the picture: this text, the camera's position and the style; for a --map a scale bar,
@@ -268,7 +268,9 @@ fn with_quality(mut args: RenderArgs) -> anyhow::Result<RenderArgs> {
     if args.like.is_some() && args.quality.quality.is_some() {
         bail!(Misuse("--quality: does not apply to --like, which draws with the values of the picture".to_owned()));
     }
-    let Some(setting) = args.quality.setting(args.style.as_deref().unwrap_or(STYLE))? else { return Ok(args) };
+    let Some(setting) = args.quality.setting(args.style.as_deref().unwrap_or(STYLE), Use::Picture)? else {
+        return Ok(args);
+    };
     args.lod_error = args.lod_error.or(setting.lod_error_px);
     if args.path.is_some() {
         args.antialias = args.antialias.or(setting.antialias);

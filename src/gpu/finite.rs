@@ -103,8 +103,8 @@ impl fmt::Display for NonFinite {
             Place::Word(word) => write!(f, "the buffer {target:?}, word {word}")?,
         }
         match count {
-            1 => write!(f, "; all other numbers are finite"),
-            count => write!(f, "; {count} of its numbers are not finite"),
+            1 => write!(f, ", the only one that is not finite of those searched"),
+            count => write!(f, "; {count} of the numbers searched are not finite"),
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::surface::ladder::{self, compass};
 /// Position of the origin on each axis and level: the coordinates along lines.
 const LINE_PHASES: BufferKind = BufferKind::storage("line phases");
 
-/// Length after which the coordinates along lines without a texture repeat, in pixels.
+/// Least length after which the coordinates along lines repeat, in pixels.
 const REPEATS_PX: f32 = 4096.0;
 
 /// Ink of the lines: 0 is none, 1 is full.
@@ -51,7 +51,8 @@ pub(crate) struct Inputs<'a> {
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let settings = inputs.settings;
     let texture = settings.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
-    let repeats_px = settings.texture.as_ref().map_or(REPEATS_PX, |recipe| recipe.tile.along_px as f32);
+    // A tile has a power of two as its length, so whole tiles fit.
+    let repeats_px = settings.texture.as_ref().map_or(REPEATS_PX, |recipe| REPEATS_PX.max(recipe.tile.along_px as f32));
     let lines = CurvatureLines {
         width_px: settings.width_px,
         suggestive_px: settings.width_px * settings.suggestive,

@@ -31,9 +31,12 @@ pub(crate) struct Front {
     pub adapter: String,
     /// Width and height of the pictures.
     pub size: [u32; 2],
+    /// World, path, frames and allowed error of the benchmark.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub measured: String,
     /// What the costs are: the heading of the column, such as "GPU ms".
     pub cost: String,
-    /// The settings on the front, from the cheapest to the dearest.
+    /// The settings on the front, from the cheapest to the most expensive.
     pub points: Vec<Point>,
 }
 
@@ -48,7 +51,7 @@ pub(crate) struct Point {
     pub cost: f64,
     /// Cost relative to the style as it is.
     pub cost_ratio: f64,
-    /// The values of the setting by their keys, those of `--sweep`; none for the style as it is.
+    /// The values of the setting by their keys, those of `--sweep`.
     #[serde(default)]
     pub set: BTreeMap<String, String>,
     /// Errors against a converged reference, by the key of their column in a report.
@@ -61,9 +64,9 @@ pub(crate) struct Point {
 pub(crate) enum Level {
     /// The cheapest setting.
     Draft,
-    /// The cheapest setting with at least 98 % of the lines of the most exact one, and tones within 1 %.
+    /// The cheapest setting with at least 98 % of the lines that the exact one finds, and tones within 1 %.
     Balanced,
-    /// The most exact setting.
+    /// The setting that loses fewest lines, or the one with the smallest error of tones in a style without lines.
     Exact,
 }
 
@@ -97,7 +100,7 @@ impl Front {
                 levels: Vec::new(),
                 cost: *cost,
                 cost_ratio: cost / as_it_is,
-                set: run.setting.clone(),
+                set: effective(report, run),
                 errors: trade::errors(run),
             })
             .collect();
@@ -106,9 +109,20 @@ impl Front {
             style: first.style.clone(),
             adapter: report.adapter.clone(),
             size: report.size_px,
+            measured: report.settings.as_ref().map_or_else(String::new, |settings| settings.sentence()),
             cost: trade.cost.head().to_owned(),
             points,
         })
+    }
+
+    /// Returns the front of pictures of full size: without points of another render scale, and with levels among the
+    /// others.
+    pub(crate) fn at_full_size(&self) -> Self {
+        let is_full = |point: &&Point| point.set.get(trade::SCALE).is_none_or(|scale| scale.parse() == Ok(1.0));
+        let mut points: Vec<Point> = self.points.iter().filter(is_full).cloned().collect();
+        points.iter_mut().for_each(|point| point.levels.clear());
+        name(&mut points);
+        Self { points, ..self.clone() }
     }
 
     /// Returns the point of a level.
@@ -146,6 +160,14 @@ impl Front {
     pub(crate) fn is_own(path: &Path) -> bool {
         head(path, MARK.len()) == MARK.as_bytes()
     }
+}
+
+/// Returns the values of a run's setting, with the options of the benchmark that the setting does not change.
+fn effective(report: &Report, run: &Run) -> BTreeMap<String, String> {
+    let error_px = report.settings.as_ref().map(|settings| ("lod-error", settings.lod_error_px.to_string()));
+    let antialias = Some(("antialias", run.antialias.clone())).filter(|(_, antialias)| !antialias.is_empty());
+    let options = error_px.into_iter().chain(antialias).map(|(key, value)| (key.to_owned(), value));
+    options.chain(run.setting.clone()).collect()
 }
 
 /// Returns the name of the file for the front of a style.
@@ -223,6 +245,26 @@ mod tests {
         assert_eq!(Level::ALL.map(set), [Some("16"), Some("2"), Some("0.5")]);
         assert_eq!(front.point(Level::Draft).unwrap().cost_ratio, 0.4);
         assert_eq!(front.points[3].set.len(), 0);
+    }
+
+    #[test]
+    fn pictures_of_full_size_have_levels_of_their_own() {
+        let mut front = front();
+        front.points[0].set.insert("scale".to_owned(), "0.5".to_owned());
+        front.points[1].set.insert("scale".to_owned(), "1".to_owned());
+        let full = front.at_full_size();
+        assert_eq!(full.points.len(), 4);
+        assert_eq!(full.point(Level::Draft).unwrap().set.get("lod-error").map(String::as_str), Some("4"));
+    }
+
+    #[test]
+    fn options_that_no_sweep_changes_are_in_every_point() {
+        let runs = vec![run("", 1.0, 0.9, 0.0), run("scale=2", 4.0, 1.0, 0.0), run("lod-error=2", 0.5, 0.8, 0.0)];
+        let settings = crate::measure::settings::Settings { lod_error_px: 4.0, ..Default::default() };
+        let front =
+            Front::all(&Report { is_software: true, runs, settings: Some(settings), ..Report::default() }).remove(0);
+        let errors: Vec<&str> = front.points.iter().map(|point| point.set["lod-error"].as_str()).collect();
+        assert_eq!(errors, ["2", "4", "4"]);
     }
 
     #[test]

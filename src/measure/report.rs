@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::comparison::Comparison;
+use super::governed::GovernedRun;
 use super::settings::Settings;
 use super::statistics::{FrameRecord, Percentiles, pass_names};
 use super::work::{BusyGpu, Caches, CpuTimes, FrameWork, Start, Untimed};
@@ -115,6 +116,9 @@ pub(crate) struct Run {
     /// Exactness against a converged reference: [`super::exactness::ExactnessTotals::metrics`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exactness: Option<Metrics>,
+    /// How a governor held the budget; null without `--budget`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub governed: Option<GovernedRun>,
     /// Whether no other setting of the style is better in one respect and as good in all ([`super::trade`]); null without
     /// `--sweep`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -6,6 +6,7 @@ use super::comparison::{Change, Comparison};
 use super::report::{Metrics, Report, Run};
 use super::statistics::{FrameRecord, Percentiles, RunFrames};
 use super::trade::Trade;
+use super::trade_plot;
 use super::work::{FrameWork, cache_label, percent};
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
@@ -95,6 +96,10 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     );
     if let Some(settings) = &report.settings {
         page += &format!("<p class=\"faint\">{}</p>\n", escape(&settings.sentence()));
+    }
+    for run in &report.runs {
+        let text = run.governed.as_ref().map(|governed| format!("{}: {}", run.style, governed.text()));
+        page += &text.map_or_else(String::new, |text| format!("<p>{}</p>\n", escape(&text)));
     }
     page += &trades(report);
     page += &report.comparison.as_ref().map_or_else(String::new, changes);
@@ -232,8 +237,9 @@ fn trades(report: &Report) -> String {
         let name = trade.runs.first().map_or("", |run| run.style.as_str());
         format!(
             "<h2>Speed and exactness of {}</h2>\n<p class=\"faint\">{TRADE}</p>\n\
-             <div class=\"wide\"><table>\n<tr>{heads}</tr>\n{rows}</table></div>\n",
-            escape(name)
+             {plot}<div class=\"wide\"><table>\n<tr>{heads}</tr>\n{rows}</table></div>\n",
+            escape(name),
+            plot = trade_plot::svg(&trade).unwrap_or_default()
         )
     };
     Trade::all(report).into_iter().map(of_style).collect()
@@ -436,7 +442,7 @@ fn none() -> String {
 }
 
 /// Formats a number with about three significant digits, without an exponent; much less than 1e-9 becomes 0.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let decimals = match value.abs() {
         size if size >= 100.0 || size == 0.0 => 0,
         size if size >= 10.0 => 1,
@@ -450,7 +456,7 @@ fn short(value: f64) -> String {
 }
 
 /// Returns 1, 2 or 5 times a power of ten, at least `least`; 1 if that is 0.
-fn nice_step(least: f64) -> f64 {
+pub(super) fn nice_step(least: f64) -> f64 {
     if least <= 0.0 || !least.is_finite() {
         return 1.0;
     }

@@ -129,6 +129,9 @@ fn measured(report: &Report) -> String {
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
     let mut costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
     costs.extend(report.warnings().into_iter().map(|line| line + "\n"));
+    for run in &report.runs {
+        costs.extend(run.governed.as_ref().map(|governed| format!("{}: {}\n", run.style, governed.text())));
+    }
     for trade in Trade::all(report) {
         let (heads, rows) = trade.table();
         costs += &format!("\n{}", columns(std::iter::once(heads).chain(rows).collect()));

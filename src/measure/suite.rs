@@ -37,6 +37,9 @@ pub(crate) struct SuiteReport {
     pub adapter: String,
     /// Whether the GPU is the processor: its times say nothing about a GPU.
     pub is_software: bool,
+    /// Options that replaced those of the benchmarks, such as `--size 480x270`.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub replaced: Vec<String>,
     pub tables: Vec<TableReport>,
 }
 
@@ -79,7 +82,7 @@ pub(crate) struct Row {
     pub ratios: Metrics,
 }
 
-/// What a run is measured in.
+/// Picture size and pass names of a table, which some columns need.
 struct Context<'a> {
     /// Width and height of the pictures, without the render scale of a setting.
     size_px: [u32; 2],
@@ -124,6 +127,8 @@ struct Quantity {
     /// Its key in `suite.json`, with the unit.
     key: &'static str,
     head: &'static str,
+    /// What it is, for the list below the tables.
+    about: &'static str,
     decimals: usize,
     value: fn(&Run, &Context<'_>) -> Option<f64>,
     /// Whether every table shows it; otherwise a table names it.
@@ -132,16 +137,18 @@ struct Quantity {
     has_ratio: bool,
 }
 
-/// Returns a quantity that a table shows if it names it, without ratios.
-const fn more(
+/// Returns a column that a table shows if it names it, without ratios.
+const fn optional(
     key: &'static str,
     head: &'static str,
+    about: &'static str,
     decimals: usize,
     value: fn(&Run, &Context<'_>) -> Option<f64>,
 ) -> Quantity {
-    Quantity { key, head, decimals, value, is_usual: false, has_ratio: false }
+    Quantity { key, head, about, decimals, value, is_usual: false, has_ratio: false }
 }
 
+/// Returns a column of every table, with ratios to the first row.
 const fn usual(quantity: Quantity) -> Quantity {
     Quantity { is_usual: true, has_ratio: true, ..quantity }
 }
@@ -150,33 +157,85 @@ const PASSES_MS: &str = "passes_ms";
 const PASSES_GIGABYTES: &str = "passes_gigabytes";
 
 static QUANTITIES: [Quantity; 19] = [
-    usual(more("frame_ms", "frame ms", 2, |run, _| Some(run.frame_ms?.p50))),
-    usual(more("gpu_ms", "GPU ms", 3, |run, _| Cost::GpuMs.of(run))),
-    usual(more("gigabytes", "GB moved", 3, |run, _| Cost::Gigabytes.of(run))),
-    more(PASSES_MS, "passes ms", 3, |run, context| context.passes_ms(run)),
-    more(PASSES_GIGABYTES, "passes GB", 3, |run, context| context.passes_gigabytes(run)),
-    more("megapixels_per_s", "Mpx/s", 0, |run, context| {
-        Some(context.pixels(run) / context.passes_ms(run).filter(|ms| *ms > 0.0)? / 1e3)
+    usual(optional("frame_ms", "frame ms", "median time of a frame by the clock", 2, |run, _| Some(run.frame_ms?.p50))),
+    usual(optional("gpu_ms", "GPU ms", "median time of a frame on the GPU", 3, |run, _| Cost::GpuMs.of(run))),
+    usual(optional("gigabytes", "GB moved", "what the passes of a frame read and write", 3, |run, _| {
+        Cost::Gigabytes.of(run)
+    })),
+    optional(PASSES_MS, "passes ms", "time of the named passes on the GPU", 3, |run, context| context.passes_ms(run)),
+    optional(PASSES_GIGABYTES, "passes GB", "what the named passes read and write", 3, |run, context| {
+        context.passes_gigabytes(run)
     }),
-    more("bytes_per_pixel", "bytes/px", 1, |run, context| {
+    optional(
+        "megapixels_per_s",
+        "Mpx/s",
+        "millions of pixels that the named passes draw in a second",
+        0,
+        |run, context| Some(context.pixels(run) / context.passes_ms(run).filter(|ms| *ms > 0.0)? / 1e3),
+    ),
+    optional("bytes_per_pixel", "bytes/px", "what the named passes read and write for a pixel", 1, |run, context| {
         Some(context.passes_gigabytes(run)? * 1e9 / context.pixels(run))
     }),
-    more("prepare_ms", "prepare ms", 2, |run, _| Some(run.prepare_ms?.p50)),
-    more("prepare_p99_ms", "prepare p99", 2, |run, _| Some(run.prepare_ms?.p99)),
-    more("record_ms", "record ms", 2, |run, _| Some(run.cpu_ms.record?.p50)),
-    more("triangles", "triangles", 0, |run, _| Some(run.triangles? as f64)),
-    more("gpu_megabytes", "GPU MB", 0, |run, _| Some(run.memory.gpu_bytes? as f64 / 1e6)),
-    more("late_percent", "late %", 1, |run, _| Some(100.0 * run.tiles.late_frames? as f64 / run.frames.max(1) as f64)),
-    more("surface_error_px", "surface px", 2, |run, _| Some(run.lod_error_px?.p99)),
-    more("lines_lost_percent", "lines lost %", 2, |run, _| {
-        Some(100.0 * (1.0 - metric(run.exactness.as_ref(), "line_recall")?))
+    optional("prepare_ms", "prepare ms", "median time of the processor for tiles and patches", 2, |run, _| {
+        Some(run.prepare_ms?.p50)
     }),
-    more("lines_added_percent", "lines added %", 2, |run, _| {
+    optional("prepare_p99_ms", "prepare p99", "the same time, which 1 % of the frames exceed", 2, |run, _| {
+        Some(run.prepare_ms?.p99)
+    }),
+    optional("record_ms", "record ms", "median time of the processor for recording passes", 2, |run, _| {
+        Some(run.cpu_ms.record?.p50)
+    }),
+    optional("triangles", "triangles", "median number of triangles of the land", 0, |run, _| {
+        Some(run.triangles? as f64)
+    }),
+    optional("gpu_megabytes", "GPU MB", "buffers and textures on the GPU", 0, |run, _| {
+        Some(run.memory.gpu_bytes? as f64 / 1e6)
+    }),
+    optional(
+        "late_percent",
+        "late %",
+        "frames with land that is coarser than requested, because tiles are loading",
+        1,
+        |run, _| Some(100.0 * run.tiles.late_frames? as f64 / run.frames.max(1) as f64),
+    ),
+    optional(
+        "flight_surface_error_p99_px",
+        "surface px",
+        "error of the drawn land, which 1 % of the frames exceed",
+        2,
+        |run, _| Some(run.lod_error_px?.p99),
+    ),
+    optional(
+        "lines_lost_percent",
+        "lines lost %",
+        "lines of the converged reference that the picture lacks",
+        2,
+        |run, _| Some(100.0 * (1.0 - metric(run.exactness.as_ref(), "line_recall")?)),
+    ),
+    optional("lines_added_percent", "lines added %", "lines of the picture that the reference lacks", 2, |run, _| {
         Some(100.0 * (1.0 - metric(run.exactness.as_ref(), "line_precision")?))
     }),
-    more("tone_error_percent", "tone error %", 2, |run, _| Some(100.0 * metric(run.exactness.as_ref(), "tone_error")?)),
-    more("flicker_percent", "flicker %", 2, |run, _| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?)),
-    more("orphans_percent", "orphans %", 2, |run, _| Some(100.0 * metric(run.stereo.as_ref(), "orphans")?)),
+    optional(
+        "tone_error_percent",
+        "tone error %",
+        "difference of tones from the reference, over squares of 8 pixels",
+        2,
+        |run, _| Some(100.0 * metric(run.exactness.as_ref(), "tone_error")?),
+    ),
+    optional(
+        "flicker_percent",
+        "flicker %",
+        "line pixels without a line within 1.5 px in the next frame",
+        2,
+        |run, _| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?),
+    ),
+    optional(
+        "orphans_percent",
+        "orphans %",
+        "ink of lines that one eye draws, and the other should but does not",
+        2,
+        |run, _| Some(100.0 * metric(run.stereo.as_ref(), "orphans")?),
+    ),
 ];
 
 fn metric(metrics: Option<&Metrics>, name: &str) -> Option<f64> {
@@ -243,10 +302,12 @@ impl TableReport {
     fn cells(&self) -> Vec<Vec<String>> {
         let number =
             |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"));
-        let published = self
-            .published
-            .as_ref()
-            .and_then(|published| QUANTITIES.iter().find(|quantity| quantity.key == published.quantity));
+        // Figures that no row of ours stands for are in a note.
+        let matches = |which: usize| self.rows.iter().any(|row| self.published_of(&row.label)[which].is_some());
+        let (has_published, has_ratio) = (matches(0), matches(1));
+        let published = self.published.as_ref().filter(|_| has_published);
+        let published =
+            published.and_then(|published| QUANTITIES.iter().find(|quantity| quantity.key == published.quantity));
         let quantities: Vec<&Quantity> = self.quantities().collect();
         let mut heads = vec![String::new()];
         for quantity in &quantities {
@@ -254,7 +315,8 @@ impl TableReport {
             heads.extend(quantity.has_ratio.then(|| "÷ first".to_owned()));
         }
         if let Some(quantity) = published {
-            heads.extend([format!("published {}", quantity.head), "÷ first".to_owned()]);
+            heads.push(format!("published {}", quantity.head));
+            heads.extend(has_ratio.then(|| "÷ first".to_owned()));
         }
         let rows = self.rows.iter().map(|row| {
             let mut cells = vec![row.label.clone()];
@@ -264,15 +326,16 @@ impl TableReport {
             }
             if let Some(quantity) = published {
                 let [value, ratio] = self.published_of(&row.label);
-                cells.extend([number(value, quantity.decimals), number(ratio, 2)]);
+                cells.push(number(value, quantity.decimals));
+                cells.extend(has_ratio.then(|| number(ratio, 2)));
             }
             cells
         });
         std::iter::once(heads).chain(rows).collect()
     }
 
-    /// Returns what stands below the table: the source of the published figures, those that no row of ours stands for,
-    /// and what failed.
+    /// Returns the notes below the table: the source of the published figures, those without a row of ours, and what
+    /// failed.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if let Some(published) = &self.published {
@@ -329,7 +392,7 @@ impl SuiteReport {
 
     /// Returns the tables for a terminal.
     pub(crate) fn text(&self) -> String {
-        let mut text = String::new();
+        let mut text = self.warnings().join("\n");
         for table in &self.tables {
             text += &format!("\n{}\n", table.heading());
             if !table.rows.is_empty() {
@@ -349,10 +412,8 @@ impl SuiteReport {
             escape(&self.about),
             escape(&self.adapter)
         );
-        page += "<p class=\"faint\">Times are medians; a ratio is to the first row of its table. GB moved is what the passes \
-                 of a frame read and write, which is the same on every GPU.</p>\n";
-        if self.is_software {
-            page += "<p class=\"warning\">The GPU is the processor: its times say nothing about a GPU. Compare the gigabytes.</p>\n";
+        for warning in self.warnings() {
+            page += &format!("<p class=\"warning\">{}</p>\n", escape(&warning));
         }
         for table in &self.tables {
             page += &format!("<h2>{}</h2>\n", escape(&table.heading()));
@@ -374,7 +435,32 @@ impl SuiteReport {
                 page += &format!("<p class=\"faint\">Reports: {}</p>\n", links.join(", "));
             }
         }
-        page + "</body></html>\n"
+        page += "<h2>Columns</h2>\n<p class=\"faint\">A ratio is to the first row of its table.</p>\n<ul>\n";
+        let is_used =
+            |quantity: &&Quantity| self.tables.iter().any(|table| table.quantities().any(|it| it.key == quantity.key));
+        for Quantity { head, about, .. } in QUANTITIES.iter().filter(is_used) {
+            page += &format!("<li>{}: {about}</li>\n", escape(head));
+        }
+        page + "</ul>\n</body></html>\n"
+    }
+
+    /// Returns what a reader must know before comparing figures.
+    fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::new();
+        if self.is_software {
+            warnings.push(
+                "This is a software driver: its times say nothing about a GPU. Compare the gigabytes, which are the same on \
+                 every GPU."
+                    .to_owned(),
+            );
+        }
+        if !self.replaced.is_empty() {
+            warnings.push(format!(
+                "Not as the suite says, and as the published figures were measured: {}",
+                self.replaced.join(", ")
+            ));
+        }
+        warnings
     }
 }
 
@@ -435,7 +521,13 @@ mod tests {
         assert_eq!(cells[2], ["green", "12.00", "1.50", "2.500", "200", "30.00", "3.00"].map(str::to_owned));
         assert_eq!(table.notes()[0], "Published: a <paper>: Bunny 14.7 frame ms");
         // Planted: the first row has no published value, so there is no ratio to it.
-        assert_eq!(self::table("ink").published_of("green"), [Some(30.0), None]);
+        let without = self::table("ink");
+        assert_eq!((without.published_of("green"), without.cells()[0].len()), ([Some(30.0), None], 6));
+        // Without any row that is published there is no column, and a note has the figures.
+        let mut without = self::table("ink");
+        without.rows.truncate(1);
+        assert_eq!(without.cells()[0].len(), 5);
+        assert!(without.notes()[0].contains("plain 10 frame ms"));
     }
 
     #[test]

@@ -89,6 +89,8 @@ pub(crate) const WARM_UP_FRAMES: NumberRange = NumberRange::Whole(0, 10_000_000)
 pub(crate) const SAMPLES: NumberRange = NumberRange::Whole(1, 1024);
 /// Allowed error of the drawn surface, in pixels.
 pub(crate) const LOD_ERROR_PX: NumberRange = NumberRange::Above0;
+/// Time that a frame may take, in milliseconds.
+pub(crate) const BUDGET_MS: NumberRange = NumberRange::Above0To(60_000.0);
 /// Memory for tiles, in MiB.
 pub(crate) const TILE_MEMORY_MIB: NumberRange = NumberRange::Whole(1, 1 << 20);
 /// Distance of zero parallax, in metres.
@@ -139,6 +141,7 @@ mod tests {
             FPS,
             SAMPLES,
             LOD_ERROR_PX,
+            BUDGET_MS,
             TILE_MEMORY_MIB,
             CONVERGENCE_M,
             IPD_M,

@@ -23,7 +23,7 @@ parameters! {
         taper called "Soft border": f32 = 0.3 => Range::Within(0.0, 1.0);
         /// Amplitude of a wave that displaces the lines sideways.
         warp_px called "Wave amplitude": f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// Wavelength of that wave along the line.
+        /// Wavelength of that wave along the line; whole waves fit in 4096 pixels, so it is rounded by up to 12 %.
         warp_length_px called "Wavelength": f32 = 40.0 => Range::Within(4.0, 1000.0);
         /// Stroke texture of the lines: a built-in name, or a recipe file (`.toml`) relative to the style; without it
         /// lines are solid.

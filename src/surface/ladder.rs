@@ -26,13 +26,13 @@ pub(crate) fn compass(count: usize) -> impl Iterator<Item = DVec2> {
     (0..count).map(move |step| to_azimuth(step as f64 * step_rad))
 }
 
-/// Returns the camera's position on each axis at each level, in texels, from 0 to `side`, after which a tile repeats:
+/// Returns the position of a rig's origin on each axis at each level, in texels, from 0 to `side`, after which a tile repeats:
 /// the levels of the first axis, then those of the next. Each axis and level has its own offset, so that scales do not
 /// agree at the origin.
-pub(crate) fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
+pub(crate) fn phases(axes: &[DVec3], origin_m: DVec3, side: f64) -> Vec<f32> {
     let mut phases = Vec::with_capacity(axes.len() * LEVELS);
     for (number, axis) in axes.iter().enumerate() {
-        let along_m = axis.dot(camera_m);
+        let along_m = axis.dot(origin_m);
         for level in 0..LEVELS {
             let texel_m = (0.5 * f64::from(level as i32 + FIRST_LEVEL)).exp2();
             let shift = ((number * LEVELS + level) as f64 * GOLDEN).fract();

@@ -50,7 +50,7 @@ fn a_front_is_measured_and_drawn_with() {
     assert_eq!(report["runs"][0]["allowed_error_px"]["p50"], 64.0, "{report}");
 
     for (arguments, cause) in [
-        (&["--quality", "draft", "--style", "plain"][..], "no front is measured for the preset plain"),
+        (&["--quality", "draft", "--style", "plain"][..], "plain has no measured settings (only ink has)"),
         (&["--quality", "best"], "draft"),
         (&["--front", "trade/front-ink.toml"], "--quality"),
         (&["--quality", "draft", "--like", "draft.png"], "--like"),
@@ -65,4 +65,54 @@ fn a_front_is_measured_and_drawn_with() {
     place.file("other/front-ink.toml", "mine = 1");
     let error = place.error(&[&bench[..], &["--sweep", "lod-error=1,2", "-o", "other"]].concat());
     assert!(error.contains("front-ink.toml"), "{error}");
+}
+
+#[test]
+fn a_governor_holds_a_budget_in_a_flight() {
+    if !has_gpu() {
+        return;
+    }
+    let place = place_with_flight();
+    place.file("long.csv", "t,x,y,z,yaw,pitch,fov\n0,-900,-900,+150,40,-12,60\n4,300,200,+120,60,-10,60\n");
+    let point = |levels: &str, cost: f64, error_px: &str| {
+        format!(
+            "[[points]]\nlevels = [{levels}]\ncost = {cost:?}\ncost_ratio = {cost:?}\nset = {{ lod-error = \"{error_px}\" }}\n\
+             errors = {{ lines_lost_percent = 1.0 }}\n"
+        )
+    };
+    let front = "style = \"ink\"\nadapter = \"\"\nsize = [160, 90]\ncost = \"GB moved\"\n".to_owned()
+        + &point("\"draft\"", 1.0, "32")
+        + &point("\"balanced\"", 1.2, "4")
+        + &point("\"exact\"", 1.5, "0.5");
+    place.file("front-ink.toml", &front);
+    let fly = |budget: &str, output: &str| {
+        let bench =
+            ["bench", "dem.tif", "--path", "long.csv", "--size", "160x90", "--real-time", "--steadiness-pairs", "2"];
+        let with = ["--front", "front-ink.toml", "--budget", budget, "-o", output, "--json"];
+        place.json(&[&bench[..], &with].concat())["runs"][0].clone()
+    };
+    // No frame is so fast, so the cheapest setting is taken at once, and kept.
+    let short = fly("0.01", "short");
+    let governed = &short["governed"];
+    assert_eq!(governed["held"], 0.0, "{governed}");
+    assert_eq!((&governed["changes"][0]["to"], &governed["changes"][0]["reason"]), (&0.into(), &"panic".into()));
+    assert_eq!(governed["changes"].as_array().unwrap().len(), 1, "{governed}");
+    assert_eq!(short["allowed_error_px"]["p50"], 32.0, "{short}");
+    // All frames are within a long budget, so the most exact setting is reached and kept.
+    let long = fly("10000", "long");
+    let governed = &long["governed"];
+    assert_eq!(governed["held"], 1.0, "{governed}");
+    let frames: Vec<u64> =
+        governed["steps"].as_array().unwrap().iter().map(|it| it["frames"].as_u64().unwrap()).collect();
+    assert!(frames[0] == 0 && frames[2] > frames[1], "{governed}");
+    assert_eq!(long["allowed_error_px"]["p50"], 0.5, "{long}");
+    for (arguments, cause) in [
+        (&["--budget", "11"][..], "--real-time"),
+        (&["--real-time", "--budget", "0"], "--budget"),
+        (&["--real-time", "--budget", "11", "--styles", "plain"], "no measured settings"),
+    ] {
+        let line = ["bench", "dem.tif", "--path", "long.csv", "-o", "no"];
+        let error = place.misuse(&[&line[..], arguments].concat());
+        assert!(error.contains(cause), "{arguments:?}: {error}");
+    }
 }

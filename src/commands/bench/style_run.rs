@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::governed::Governed;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
 use super::sweep::Variant;
@@ -65,6 +66,8 @@ pub(super) struct StyleRun {
     steadiness: TemporalTotals,
     agreement: StereoTotals,
     pub(super) exactness: ExactnessTotals,
+    /// Who chooses the settings in a flight with a budget.
+    pub(super) governed: Option<Governed>,
 }
 
 /// Counts of a world's tiles and of a renderer's caches.
@@ -122,7 +125,27 @@ impl StyleRun {
             steadiness: TemporalTotals::default(),
             agreement: StereoTotals::default(),
             exactness: ExactnessTotals::default(),
+            governed: None,
         })
+    }
+
+    /// Lets a governor choose the settings, from its first one.
+    pub(super) fn set_governed(&mut self, governed: Option<Governed>) {
+        if let Some(governed) = &governed {
+            self.take_setting(governed.variant().clone());
+        }
+        self.governed = governed;
+    }
+
+    /// Draws the next frames with another setting of the style.
+    pub(super) fn take_setting(&mut self, variant: Variant) {
+        self.renderer.set_antialias(variant.antialias);
+        self.world.surfaces.terrain.set_lod_error_px(variant.lod_error_px);
+        if self.variant.size_px != variant.size_px {
+            // Pictures of different sizes cannot be compared.
+            self.before_it = None;
+        }
+        self.variant = variant;
     }
 
     /// Returns the eyes for a camera's view.
@@ -361,6 +384,7 @@ impl StyleRun {
         run.stereo = self.agreement.metrics();
         run.setting.clone_from(&self.variant.setting);
         run.exactness = self.exactness.metrics();
+        run.governed = self.governed.as_ref().map(Governed::run);
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
             gpu_tile_bytes: Some(counts.gpu_bytes),

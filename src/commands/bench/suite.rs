@@ -1,7 +1,7 @@
 //! `--suite`: several benchmarks with one report, such as the tables of a paper, with the paper's figures beside ours.
 //!
-//! A suite is a TOML file of tables, and each part of a table is the command line of a benchmark. Files that a part names
-//! lie in the folder of the suite. A built-in suite is first written to the output folder, so that a report has its
+//! A suite is a TOML file of tables, and each part of a table is the command line of a benchmark, whose files are in the
+//! folder of the suite. A built-in suite is first written to the output folder, so that a report has its
 //! inputs.
 
 use std::ffi::OsString;
@@ -28,7 +28,7 @@ const PAGE: &str = "suite.html";
 /// Folder for the files of a built-in suite, in the output folder.
 const INPUTS: &str = "inputs";
 
-/// A suite as its file says.
+/// The contents of a suite file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SuiteFile {
@@ -99,6 +99,7 @@ pub(super) fn run(name: &Path, args: &BenchArgs, adapter: &AdapterWish) -> anyho
         about: suite.about.clone(),
         adapter: gpu.description(),
         is_software: gpu.is_software(),
+        replaced: replaced(args),
         tables: Vec::new(),
     };
     let (count, mut number) = (lines.len(), 0);
@@ -122,7 +123,7 @@ pub(super) fn run(name: &Path, args: &BenchArgs, adapter: &AdapterWish) -> anyho
     }
     let failed: Vec<&str> = report.failed().collect();
     if !failed.is_empty() {
-        bail!("{}: not measured: {} (the report says why)", named(&page), failed.join(", "));
+        bail!("{} of {count} benchmarks failed: {}; see {}", failed.len(), failed.join(", "), named(&page));
     }
     Ok(())
 }
@@ -150,8 +151,13 @@ fn add(table: &mut TableReport, part: &Part, is_one_of_several: bool, report: an
 
 /// Returns the file of a suite. A built-in suite is written to the folder `inputs`.
 fn find(name: &Path, inputs: &Path, overwrite: bool) -> anyhow::Result<PathBuf> {
-    if name.exists() {
-        return Ok(if name.is_dir() { name.join(SUITE_FILE) } else { name.to_owned() });
+    // A folder may have the name of a built-in suite, such as the output of an earlier run.
+    let is_built_in = SUITES.iter().any(|suite| Path::new(suite.name) == name);
+    if name.is_dir() && (!is_built_in || name.join(SUITE_FILE).exists()) {
+        return Ok(name.join(SUITE_FILE));
+    }
+    if name.is_file() && !is_built_in {
+        return Ok(name.to_owned());
     }
     match SUITES.iter().find(|suite| Path::new(suite.name) == name) {
         Some(suite) => suite.write(inputs, overwrite),
@@ -170,8 +176,16 @@ impl BuiltIn {
     /// same text.
     fn write(&self, folder: &Path, overwrite: bool) -> anyhow::Result<PathBuf> {
         for (name, text) in self.files {
-            let is_same = |path: &Path| std::fs::read_to_string(path).is_ok_and(|found| found == *text);
-            unnamed::check(&folder.join(name), overwrite, is_same)?;
+            let path = folder.join(name);
+            let is_same = std::fs::read_to_string(&path).is_ok_and(|found| found == *text);
+            if path.symlink_metadata().is_ok() && !is_same && !overwrite {
+                bail!(
+                    "{}: differs from the file of the built-in suite; to run your own, name its folder \
+                     (--suite {}) and another output (-o)",
+                    named(&path),
+                    named(folder)
+                );
+            }
         }
         std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", named(folder)))?;
         for (name, text) in self.files {
@@ -196,11 +210,15 @@ fn read(file: &Path) -> anyhow::Result<SuiteFile> {
     for (index, part) in parts.iter().enumerate() {
         let is_name =
             !part.name.is_empty() && part.name.chars().all(|it| it.is_ascii_alphanumeric() || "-_".contains(it));
-        if !is_name || part.name == INPUTS {
+        if !is_name {
             let name = quoted(&part.name);
             bail!("{}: {name} cannot be the folder of a part: use letters, digits, - and _", named(file));
         }
-        if parts[..index].iter().any(|before| before.name == part.name) {
+        if part.name == INPUTS {
+            bail!("{}: a part cannot be called {INPUTS}, which is the folder of the suite's own files", named(file));
+        }
+        // Some file systems do not tell capitals from small letters.
+        if parts[..index].iter().any(|before| before.name.eq_ignore_ascii_case(&part.name)) {
             bail!("{}: two parts are called {}", named(file), part.name);
         }
     }
@@ -245,23 +263,12 @@ impl Table {
 }
 
 impl Part {
-    /// Returns the arguments of the benchmark. A word, or a part of a list, that is the name of a file in the folder of
-    /// the suite becomes its path. `--size`, `--frames`, `--tile-memory` and `--steadiness-pairs` of the command line
+    /// Returns the arguments of the benchmark. `--size`, `--frames`, `--tile-memory` and `--steadiness-pairs` of the command line
     /// replace those of the part.
     fn line(&self, folder: &Path, file: &Path, args: &BenchArgs) -> anyhow::Result<BenchArgs> {
-        let path_of = |word: &str| match folder.join(word) {
-            path if !word.is_empty() && path.is_file() => path.to_string_lossy().into_owned(),
-            _ => word.to_owned(),
-        };
-        let word = |word: &String| OsString::from(word.split(',').map(path_of).collect::<Vec<_>>().join(","));
-        let mut words: Vec<OsString> = self.bench.iter().map(word).collect();
+        let mut words: Vec<OsString> = self.bench.iter().map(|word| in_folder(folder, word)).collect();
         words.extend(["-o".into(), args.output.join(&self.name).into_os_string()]);
-        if let Some([width, height]) = args.size {
-            words.push(format!("--size={width}x{height}").into());
-        }
-        words.extend(args.frames.map(|frames| format!("--frames={frames}").into()));
-        words.extend(args.tile_memory.map(|mebibytes| format!("--tile-memory={mebibytes}").into()));
-        words.extend(args.steadiness_pairs.map(|pairs| format!("--steadiness-pairs={pairs}").into()));
+        words.extend(replaced(args).into_iter().map(OsString::from));
         words.extend(args.overwrite.then(|| "--overwrite".into()));
         let line = PartLine::try_parse_from(words).map_err(|error| {
             let cause = describe(&error, &self.bench, &PartLine::command());
@@ -274,10 +281,39 @@ impl Part {
     }
 }
 
+/// Returns the options that replace those of all parts.
+fn replaced(args: &BenchArgs) -> Vec<String> {
+    let size = args.size.map(|[width, height]| format!("--size={width}x{height}"));
+    let frames = args.frames.map(|frames| format!("--frames={frames}"));
+    let memory = args.tile_memory.map(|mebibytes| format!("--tile-memory={mebibytes}"));
+    let pairs = args.steadiness_pairs.map(|pairs| format!("--steadiness-pairs={pairs}"));
+    [size, frames, memory, pairs].into_iter().flatten().collect()
+}
+
+/// Returns a word of a command line: what is the name of a file or folder in the folder of the suite becomes its path, a
+/// word as a whole, the value of an option after `=`, or an entry of a list.
+fn in_folder(folder: &Path, word: &str) -> OsString {
+    let path = folder.join(word);
+    if !word.is_empty() && path.exists() {
+        return path.into_os_string();
+    }
+    if let Some((option, value)) = word.split_once('=').filter(|(option, _)| option.starts_with("--")) {
+        let mut whole = OsString::from(format!("{option}="));
+        whole.push(in_folder(folder, value));
+        return whole;
+    }
+    let entries = word.split(',').map(|entry| match folder.join(entry) {
+        path if !entry.is_empty() && path.is_file() => path.into_os_string(),
+        _ => entry.into(),
+    });
+    entries.collect::<Vec<_>>().join(",".as_ref())
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+    use super::super::PARTS_ONLY;
     use super::*;
 
     fn args(words: &[&str]) -> BenchArgs {
@@ -309,6 +345,28 @@ mod tests {
     }
 
     #[test]
+    fn every_option_is_that_of_the_suite_or_of_its_parts() {
+        const OF_SUITE: [&str; 10] = [
+            "adapter",
+            "suite",
+            "size",
+            "frames",
+            "tile_memory",
+            "steadiness_pairs",
+            "output",
+            "overwrite",
+            "json",
+            "help",
+        ];
+        let mut command = PartLine::command();
+        command.build();
+        for option in command.get_arguments().map(|argument| argument.get_id().as_str()) {
+            let owners = [&OF_SUITE[..], &PARTS_ONLY[..]].map(|options| options.contains(&option));
+            assert!(owners[0] != owners[1], "{option}: {owners:?}");
+        }
+    }
+
+    #[test]
     fn a_wrong_suite_is_one_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("own.toml");
@@ -328,6 +386,43 @@ mod tests {
         }
         let error = find(Path::new("pietrock"), folder.path(), false).unwrap_err().to_string();
         assert!(error.contains("pietrok") && error.contains("forest"), "{error}");
+    }
+
+    #[test]
+    fn words_are_paths_if_there_is_such_a_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for name in ["my,land.tif", "own.toml"] {
+            atomic::write(&path(name), b"").unwrap();
+        }
+        std::fs::create_dir(path("tiles")).unwrap();
+        let word = |word: &str| in_folder(folder.path(), word);
+        assert_eq!(word("my,land.tif"), path("my,land.tif"));
+        assert_eq!(word("tiles"), path("tiles"));
+        let styles = format!("plain,{}", path("own.toml").display());
+        assert_eq!(word("plain,own.toml"), *styles);
+        assert_eq!(word("--styles=plain,own.toml"), *format!("--styles={styles}"));
+        // Planted: words that are no files stay what they are.
+        for other in ["--sweep", "scale=0.5,1", "", "other.toml", "plain,tiles"] {
+            assert_eq!(word(other), *other);
+        }
+    }
+
+    #[test]
+    fn a_folder_with_the_name_of_a_suite_is_not_the_suite() {
+        let folder = tempfile::tempdir().unwrap();
+        let own = folder.path().join("relief");
+        std::fs::create_dir(&own).unwrap();
+        // As the name of a path it is a folder without a suite.
+        assert_eq!(find(&own, folder.path(), false).unwrap(), own.join(SUITE_FILE));
+        // The edited file of a built-in suite is not replaced.
+        let inputs = folder.path().join(INPUTS);
+        let file = find(Path::new("relief"), &inputs, false).unwrap();
+        atomic::write(&file, b"title = 1").unwrap();
+        let error = find(Path::new("relief"), &inputs, false).unwrap_err().to_string();
+        assert!(error.contains("differs") && error.contains("suite.toml"), "{error}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "title = 1");
+        find(Path::new("relief"), &inputs, true).unwrap();
     }
 
     #[test]

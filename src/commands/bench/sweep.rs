@@ -8,7 +8,7 @@ use anyhow::bail;
 use super::BenchArgs;
 use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
-use crate::commands::quality_args::Setting;
+use crate::commands::quality_args::{Setting, Use};
 use crate::frame::Antialias;
 use crate::style::set::SetValue;
 use crate::style::{Layer, Style};
@@ -78,7 +78,7 @@ pub(super) struct Variant {
 impl Variant {
     /// Returns a style with the options of the command line.
     fn as_it_is(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
-        let setting = args.quality.setting(name)?.unwrap_or_default();
+        let setting = args.quality.setting(name, use_of(args))?.unwrap_or_default();
         let variant = Self {
             style: arguments::style_with("--quality", name, &setting.values)?,
             setting: BTreeMap::new(),
@@ -90,6 +90,21 @@ impl Variant {
         variant.lod_error_px = args.lod_error.unwrap_or(variant.lod_error_px);
         variant.antialias = args.antialias.unwrap_or(variant.antialias);
         Ok(variant)
+    }
+
+    /// Returns a style with a setting of its front, under its own name.
+    ///
+    /// # Errors
+    /// A value that the style cannot have.
+    pub(super) fn of_setting(args: &BenchArgs, name: &str, setting: &Setting) -> anyhow::Result<Self> {
+        let variant = Self {
+            style: arguments::style_with("--front", name, &setting.values)?,
+            setting: BTreeMap::new(),
+            size_px: args.size_px(),
+            lod_error_px: DEFAULT_LOD_ERROR_PX,
+            antialias: args.antialias.unwrap_or_default(),
+        };
+        Ok(variant.with_setting(setting))
     }
 
     /// Returns it with what a setting changes, apart from parameters of the style.
@@ -120,8 +135,7 @@ impl Variant {
         let setting = Setting::of(pairs.iter().copied());
         let setting = setting.map_err(|error| Misuse(format!("--sweep {error}")))?;
         let mut variant = Self::as_it_is(args, name)?.with_setting(&setting);
-        let mut values = args.quality.setting(name)?.map_or_else(Vec::new, |quality| quality.values);
-        values.extend(setting.values);
+        let values = setting.values;
         let words: Vec<String> = pairs.iter().map(|(key, text)| format!("{key}={text}")).collect();
         variant.style = arguments::style_with("--sweep", name, &values)?;
         variant.style.name = format!("{} {}", variant.style.name, words.join(" "));
@@ -139,6 +153,10 @@ impl Variant {
         let variant = Self::as_it_is(args, name)?;
         Ok(Self { style, size_px: args.size_px(), lod_error_px, antialias: Antialias::Temporal, ..variant })
     }
+}
+
+fn use_of(args: &BenchArgs) -> Use {
+    if args.budget.is_some() { Use::Governor } else { Use::Frames }
 }
 
 /// Checks that the sweeps of a command make a number of settings that can be measured.

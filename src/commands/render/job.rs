@@ -373,7 +373,7 @@ impl Job<'_> {
             samples: self.args.samples(),
             antialias: self.args.antialias(),
         };
-        if self.args.json {
+        if self.args.json && self.args.show.is_none() {
             // The report has the time of each pass.
             Renderer::or_new(&mut self.renderer, &self.gpu)?.set_submits(Submits::Timed);
         }

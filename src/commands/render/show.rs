@@ -44,8 +44,14 @@ impl Job<'_> {
         renderer.set_wants_ids(true);
         renderer.set_submits(Submits::Checked);
         let report = self.render(pose, pose, |_| Ok(()))?;
-        for found in self.renderer.as_mut().map(Renderer::take_non_finite).unwrap_or_default() {
-            tracing::warn!("{found}");
+        // What reads a number that is not finite writes more of them: the first one tells where they begin.
+        let found = self.renderer.as_mut().map(Renderer::take_non_finite).unwrap_or_default();
+        if let Some(first) = found.first() {
+            let more = match found.len() - 1 {
+                0 => String::new(),
+                more => format!(" (and {more} pictures and buffers after it)"),
+            };
+            tracing::warn!("{first}{more}; this is a bug in hachure: please report it with the command line");
         }
         let trace = self.renderer.as_ref().map(Renderer::trace).unwrap_or_default();
         let picture = match show::read(&self.gpu, trace, name, self.args.size()) {
