@@ -114,6 +114,8 @@ pub struct Renderer {
     wants_mark_sets: bool,
     /// Whether frames end when their strokes are drawn.
     only_strokes: bool,
+    /// Size of the largest picture for which textures have room.
+    room_px: Option<[u32; 2]>,
     /// The hidden area of each eye; eyes beyond its end have none.
     hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
@@ -189,6 +191,7 @@ impl Renderer {
             wants_ids: false,
             wants_mark_sets: false,
             only_strokes: false,
+            room_px: None,
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
             may_sway: false,
@@ -262,6 +265,13 @@ impl Renderer {
     /// continue them as those of complete frames.
     pub(crate) fn set_only_strokes(&mut self, only_strokes: bool) {
         self.only_strokes = only_strokes;
+    }
+
+    /// Sets the size of the largest pictures, in pixels, for which the textures of each eye have room. Pictures of other
+    /// sizes then need no new textures, and strokes and the temporal mean continue when the size changes. With `None`,
+    /// the default, textures are as large as pictures, and a new size starts anew.
+    pub(crate) fn set_room(&mut self, room_px: Option<[u32; 2]>) {
+        self.room_px = room_px;
     }
 
     /// Sets the number of the next frame in its film, from which the points that temporal anti-aliasing samples follow.
@@ -382,7 +392,7 @@ impl Renderer {
         self.eyes.resize_with(rig.eyes.len(), EyeMemory::default);
         let mut resized = false;
         for (memory, view) in self.eyes.iter_mut().zip(&rig.eyes) {
-            resized |= memory.begin_frame(gpu, view, style)?;
+            resized |= memory.begin_frame(gpu, view, style, self.room_px)?;
             memory.view = Some(view.uniform(rig.origin_m));
         }
         if resized {
@@ -406,7 +416,9 @@ impl Renderer {
         let sways = self.may_sway && !rig.clock().is_still();
         let changes = land_changes || strokes_settle || sways;
         let error_px = prepared.detail.error_px;
-        let temporal_aa = self.samples.plan(&antialias::SampleInputs { rig, style, light, error_px, changes });
+        let has_room = self.room_px.is_some() && !resized;
+        let inputs = antialias::SampleInputs { rig, style, light, error_px, changes, has_room };
+        let temporal_aa = self.samples.plan(&inputs);
         // No time passes between samples of a picture at rest, so strokes do not fade between them.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
         let hidden = &self.hidden;

@@ -11,6 +11,9 @@ struct Present {
     // Rows that give red, green and blue from the left eye's linear colour, and from the right eye's.
     left_mix: array<vec4<f32>, 3>,
     right_mix: array<vec4<f32>, 3>,
+    // Sizes of the pictures, which may be parts of their textures.
+    picture_px: vec2<u32>,
+    right_px: vec2<u32>,
     // For two styles: where the right one begins, as a part of the window's width.
     divider: f32,
 }
@@ -27,7 +30,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    return encoded(scaled(picture, at.xy / present.window_px));
+    return encoded(scaled(picture, present.picture_px, at.xy / present.window_px));
 }
 
 @fragment
@@ -35,10 +38,10 @@ fn pair(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let place = at.xy / present.window_px;
     if present.side_by_side == 1u {
         let half = vec2<f32>(fract(2.0 * place.x), place.y);
-        return encoded(select(scaled(picture, half), scaled(right_picture, half), place.x >= 0.5));
+        return encoded(select(scaled(picture, present.picture_px, half), scaled(right_picture, present.right_px, half), place.x >= 0.5));
     }
-    let left = scaled(picture, place);
-    let right = scaled(right_picture, place);
+    let left = scaled(picture, present.picture_px, place);
+    let right = scaled(right_picture, present.right_px, place);
     var color: vec3<f32>;
     for (var i = 0; i < 3; i++) {
         color[i] = dot(present.left_mix[i].xyz, left) + dot(present.right_mix[i].xyz, right);
@@ -50,9 +53,9 @@ fn pair(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 fn divided(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let place = at.xy / present.window_px;
     if place.x < present.divider {
-        return encoded(scaled(picture, place));
+        return encoded(scaled(picture, present.picture_px, place));
     }
-    return encoded(scaled(right_picture, place));
+    return encoded(scaled(right_picture, present.right_px, place));
 }
 
 fn encoded(color: vec3<f32>) -> vec4<f32> {
@@ -60,8 +63,8 @@ fn encoded(color: vec3<f32>) -> vec4<f32> {
 }
 
 // Samples a picture bilinearly at a position from 0 to 1.
-fn scaled(of_eye: texture_2d<f32>, place: vec2<f32>) -> vec3<f32> {
-    let size = vec2<f32>(textureDimensions(of_eye));
+fn scaled(of_eye: texture_2d<f32>, size_px: vec2<u32>, place: vec2<f32>) -> vec3<f32> {
+    let size = vec2<f32>(size_px);
     let p = place * size - 0.5;
     let whole = floor(p);
     let f = p - whole;

@@ -40,6 +40,9 @@ struct TemporalAa {
     // Height of the bare paper below the picture.
     foot_px: f32,
     pad_px: f32,
+    // Size of the previous frame's pictures.
+    history_px: vec2<f32>,
+    pad_history: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -86,8 +89,9 @@ struct Before {
 }
 
 // Interpolates the history by Catmull-Rom. The result may overshoot, without which thin lines would fade.
-fn drawn_before(place: vec2<f32>, distance: f32) -> Before {
-    let last = vec2<i32>(view.size_px) - 1;
+fn drawn_before(place_now: vec2<f32>, distance: f32) -> Before {
+    let place = place_now * (temporal_aa.history_px / vec2<f32>(view.size_px));
+    let last = vec2<i32>(temporal_aa.history_px) - 1;
     let corner = vec2<i32>(floor(place - 0.5));
     let f = place - 0.5 - vec2<f32>(corner);
     let weights = array<vec2<f32>, 4>(

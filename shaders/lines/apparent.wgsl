@@ -8,7 +8,7 @@
 // Changes from the paper: the sign says whether the surface is convex along that direction, which separates ridges from
 // valleys; and foreshortening is limited to MIN_FACING.
 #import hachure::view::{View, place_of_pixel}
-#import hachure::mark_normal::pixel_of_block
+#import hachure::mark_normal::{block_count, pixel_of_block}
 #import hachure::curvature::{frame_of, form2, principal_of}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -24,7 +24,7 @@ const MIN_FACING: f32 = 0.02;
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    if any(id.xy >= textureDimensions(apparent)) {
+    if any(id.xy >= block_count(view)) {
         return;
     }
     let seen = textureLoad(shape_normal, block, 0);

@@ -23,7 +23,7 @@
 // TEXTURED draws through a stroke texture, which repeats along u and v.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::seen::{normal_seen, place_seen}
-#import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
+#import hachure::mark_normal::{BLOCK_PX, block_count, first_block, pixel_of_block}
 #import hachure::surface_id::{has_trait, id_seen, SMOOTH}
 #ifdef TEXTURED
 #import hachure::brush::{Brush, brush_uv, brush_ink}
@@ -187,7 +187,7 @@ fn between(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>) -> Between {
     let place = vec2<f32>(pixel + view.origin_px - BLOCK_PX / 2) / f32(BLOCK_PX);
     let first = vec2<i32>(floor(place)) - first_block(view);
     let f = fract(place);
-    let last = vec2<i32>(textureDimensions(radial)) - 1;
+    let last = vec2<i32>(block_count(view)) - 1;
     let allowed_m = ON_PLANE * f32(BLOCK_PX) * distance_from_eye(view, at.xyz) / view.focal_px;
     var found: array<vec4<f32>, 4>;
     var sum = vec4<f32>(0.0);

@@ -4,7 +4,7 @@
 // toward the eye over a feature, in turns of the normal (radians). The original (DeCarlo and others 2003) measures the
 // rise relative to the size of a model.
 #import hachure::view::{View, place_of_pixel}
-#import hachure::mark_normal::pixel_of_block
+#import hachure::mark_normal::{block_count, pixel_of_block}
 #import hachure::curvature::{Shape, radial_of}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -18,7 +18,7 @@
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    if any(id.xy >= textureDimensions(radial)) {
+    if any(id.xy >= block_count(view)) {
         return;
     }
     let seen = textureLoad(shape_normal, block, 0);

@@ -20,6 +20,7 @@
 // shape.
 //
 // Edges are written in the order of cells, in two stages (edge_list.wgsl).
+#import hachure::mark_normal::block_count
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
@@ -148,7 +149,7 @@ fn curves_in_cell(block: vec2<i32>) -> Curves {
 #else
     let reach = 0;
 #endif
-    if any(block < vec2<i32>(reach)) || any(block + 1 + reach >= vec2<i32>(textureDimensions(shape_normal))) {
+    if any(block < vec2<i32>(reach)) || any(block + 1 + reach >= vec2<i32>(block_count(view))) {
         return Curves();
     }
     let first = crest_of(block);

@@ -20,7 +20,7 @@
 #import hachure::cell_edges::{Cell, put_curves}
 #import hachure::curvature::{Shape, radial_of}
 #import hachure::edges::KIND_SUGGESTIVE
-#import hachure::mark_normal::{BLOCK_PX, pixel_of_block}
+#import hachure::mark_normal::{BLOCK_PX, block_count, pixel_of_block}
 
 struct SuggestiveRules {
     // Least rise of the curvature toward the eye (y of `radial`) at a line.
@@ -70,7 +70,7 @@ fn room_for_other(block: vec2<i32>, slope: f32) -> f32 {
 }
 
 fn look(block: vec2<i32>) -> Curves {
-    if any(block + 1 >= vec2<i32>(textureDimensions(radial))) {
+    if any(block + 1 >= vec2<i32>(block_count(view))) {
         return Curves();
     }
     var corners = array<Corner, 4>(corner_of(block), corner_of(block + vec2<i32>(1, 0)), corner_of(block + vec2<i32>(1, 1)),

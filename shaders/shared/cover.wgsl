@@ -10,9 +10,9 @@ const REACH_CELLS: i32 = 4;
 struct Balance {
     // Side of a cell in which ink is counted, in pixels: a power of two.
     cell_px: i32,
-    pad_a: i32,
-    pad_b: i32,
-    pad_c: i32,
+    pad: i32,
+    // Number of cells of the pictures, across and down.
+    cells: vec2<u32>,
 }
 
 // Returns the first cell of the target. Cells are counted in the whole picture, so that parts of a large one agree.

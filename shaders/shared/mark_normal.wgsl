@@ -21,6 +21,11 @@ fn first_block(view: View) -> vec2<i32> {
     return view.origin_px >> vec2<u32>(2u);
 }
 
+// Returns the number of blocks of the target, across and down.
+fn block_count(view: View) -> vec2<u32> {
+    return (view.size_px + vec2<u32>(u32(BLOCK_PX) - 1u)) / u32(BLOCK_PX) + 1u;
+}
+
 // Returns the pixel of the target that represents a block.
 fn pixel_of_block(view: View, block: vec2<i32>) -> vec2<i32> {
     let pixel = (block + first_block(view)) * BLOCK_PX + BLOCK_PX / 2 - view.origin_px;
@@ -72,7 +77,7 @@ fn between_blocks(view: View, blocks: texture_2d<f32>, pixel: vec2<i32>, at: vec
     let around = blocks_around(view, pixel);
     var sum = own * 1e-4;
     for (var i = 0; i < 4; i++) {
-        let block = block_of(around, i, textureDimensions(blocks));
+        let block = block_of(around, i, block_count(view));
         let seen = textureLoad(blocks, block, 0);
         sum += seen.xyz * block_weight(view, around, i, block, seen, at, min_weight);
     }
@@ -85,7 +90,7 @@ fn values_between_blocks(view: View, blocks: texture_2d<f32>, values: texture_2d
     var sum = vec4<f32>(0.0);
     var weights = 1e-4;
     for (var i = 0; i < 4; i++) {
-        let block = block_of(around, i, textureDimensions(blocks));
+        let block = block_of(around, i, block_count(view));
         let weight = block_weight(view, around, i, block, textureLoad(blocks, block, 0), at, 0.0);
         sum += weight * textureLoad(values, block, 0);
         weights += weight;

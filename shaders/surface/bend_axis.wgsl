@@ -12,6 +12,9 @@
 struct BendAxisRules {
     // Distance between the blocks that are averaged, in blocks.
     step: i32,
+    pad: i32,
+    // Number of blocks of the pictures, across and down.
+    blocks: vec2<u32>,
 }
 
 // Blocks that are averaged on each side.
@@ -30,7 +33,7 @@ const EVEN: f32 = 0.0001;
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    let size = textureDimensions(shape_normal);
+    let size = bend_axis_rules.blocks;
     if any(id.xy >= size) {
         return;
     }

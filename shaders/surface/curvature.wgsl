@@ -14,7 +14,7 @@
 #import hachure::terrain::{terrain, grid_from_world, GridPoint, first_sample, last_sample}
 #import hachure::earth::{Unbent, unbend, unbend_direction, bend_normal}
 #import hachure::form::{form_of_level, level_seen, MAX_BEYOND}
-#import hachure::mark_normal::pixel_of_block
+#import hachure::mark_normal::{block_count, pixel_of_block}
 #import hachure::curvature::{Shape, frame_of, form2, form3}
 #import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
@@ -83,7 +83,7 @@ fn shape_at(flat_place: Unbent, point: GridPoint, level: f32) -> Shape {
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    if any(id.xy >= textureDimensions(shape_normal)) {
+    if any(id.xy >= block_count(view)) {
         return;
     }
     let pixel = pixel_of_block(view, block);

@@ -14,7 +14,7 @@
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
 #import hachure::form::{form_of_level, form_seen, MAX_BEYOND}
-#import hachure::mark_normal::pixel_of_block
+#import hachure::mark_normal::{block_count, pixel_of_block}
 #import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct FormRules {
@@ -55,7 +55,7 @@ fn turned(bends: vec3<f32>) -> f32 {
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    if any(id.xy >= textureDimensions(form_normal)) {
+    if any(id.xy >= block_count(view)) {
         return;
     }
     let pixel = pixel_of_block(view, block);

@@ -10,7 +10,7 @@
 #import hachure::terrain::grid_from_world
 #import hachure::earth::unbend
 #import hachure::form::{form_seen, normal_of_level}
-#import hachure::mark_normal::{BLOCK_PX, pixel_of_block, own_mark_normal}
+#import hachure::mark_normal::{BLOCK_PX, block_count, pixel_of_block, own_mark_normal}
 #import hachure::surface_id::{has_trait, id_seen, ON_GRID}
 
 struct MarkRules {
@@ -33,7 +33,7 @@ const CALM_LEVELS: f32 = 2.0;
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    if any(id.xy >= textureDimensions(mark_normal)) {
+    if any(id.xy >= block_count(view)) {
         return;
     }
     let pixel = pixel_of_block(view, block);

@@ -57,8 +57,21 @@ impl PresentPass {
         };
         let divider = if let Shown::Divided { at, .. } = shown { at } else { 0.0 };
         let encode = u32::from(!self.format.is_srgb());
-        let uniform =
-            PresentUniform { encode, side_by_side, window_px, left_mix, right_mix, divider, pad_0: Default::default() };
+        let (picture, right) = match shown {
+            Shown::One(picture) => (picture, picture),
+            Shown::Pair { left, right, .. } | Shown::Divided { left, right, .. } => (left, right),
+        };
+        let uniform = PresentUniform {
+            encode,
+            side_by_side,
+            window_px,
+            left_mix,
+            right_mix,
+            picture_px: picture.size_px(),
+            right_px: right.size_px(),
+            divider,
+            pad_0: Default::default(),
+        };
         let mut resources = vec![("present", self.full_screen.uniform(gpu, "present", &uniform))];
         let fragment = match shown {
             Shown::One(picture) => {

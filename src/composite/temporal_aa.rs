@@ -57,6 +57,8 @@ pub(crate) struct Plan {
     pub frame: usize,
     /// Whether there is a previous frame, whose view continues in this one.
     pub has_history: bool,
+    /// Size of the previous frame's pictures, in pixels.
+    pub history_px: [u32; 2],
     /// Number of previous frames with the same view of the same world.
     pub frames_at_rest: u32,
     /// Whether a value of the style has changed since the previous frame. Then its colours count only as far as this
@@ -120,6 +122,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         border_px: [inputs.style.paper.margin_px, inputs.style.paper.border_px],
         foot_px: inputs.style.paper.foot_px,
         pad_px: 0.0,
+        history_px: inputs.plan.history_px.map(|side| side as f32),
+        pad_history: [0.0; 2],
     };
     let Histories { before: [history_before, seen_before], now: [history, seen] } = inputs.histories;
     let mut resources = vec![

@@ -85,6 +85,8 @@ pub(super) struct SampleInputs<'a> {
     pub error_px: f64,
     /// Whether tiles arrive, strokes fade in or out, or trees sway.
     pub changes: bool,
+    /// Whether pictures of another size continue those of the last frame.
+    pub has_room: bool,
 }
 
 impl Samples {
@@ -111,7 +113,10 @@ impl Samples {
             self.last = None;
             return None;
         }
-        let continued = |last: &Last| last.style.is_edit_of(inputs.style) && continues(&last.rig, inputs.rig);
+        let continued = |last: &Last| {
+            let is_seen = continues(&last.rig, inputs.rig) || (inputs.has_room && follows(&last.rig, inputs.rig));
+            last.style.is_edit_of(inputs.style) && is_seen
+        };
         let last = self.last.take().filter(continued);
         let is_edited = last.as_ref().is_some_and(|last| last.style != *inputs.style);
         let rests = !inputs.changes
@@ -122,12 +127,14 @@ impl Samples {
         self.frames_at_rest = if rests { self.frames_at_rest + 1 } else { 0 };
         self.frames += 1;
         let has_history = last.is_some();
+        let history = last.as_ref().and_then(|last| last.rig.eyes.first()).or(inputs.rig.eyes.first());
+        let history_px = history.map_or([1, 1], |eye| eye.part.size_px);
         self.has_history = has_history;
         // A style is large and rarely changes, so the stored one is moved rather than cloned.
         let unchanged = last.filter(|_| !is_edited);
         let style = unchanged.map_or_else(|| inputs.style.clone(), |last| last.style);
         self.last = Some(Last { rig: inputs.rig.clone(), style, light: *inputs.light, error_px: inputs.error_px });
-        Some(Plan { frame: self.frames, has_history, frames_at_rest: self.frames_at_rest, is_edited })
+        Some(Plan { frame: self.frames, has_history, history_px, frames_at_rest: self.frames_at_rest, is_edited })
     }
 
     /// Returns whether the last frame continued the mean of the frames before it.
@@ -157,11 +164,17 @@ impl Samples {
     }
 }
 
-/// Returns whether each eye of `rig` continues from the pose, lens and time that the last frame drew.
+/// Returns whether each eye of `rig` continues from the pose, lens and time that the last frame drew, in a picture of the
+/// same size.
 fn continues(last: &Rig, rig: &Rig) -> bool {
-    let follows = |(last, eye): (&View, &View)| {
-        let is_next = last.pose == eye.previous && last.lens == eye.previous_lens;
-        is_next && last.clock.now_s == eye.clock.before_s && last.part == eye.part && last.picture_px == eye.picture_px
+    let is_alike = |(last, eye): (&View, &View)| last.part == eye.part && last.picture_px == eye.picture_px;
+    follows(last, rig) && last.eyes.iter().zip(&rig.eyes).all(is_alike)
+}
+
+/// Returns whether each eye of `rig` continues from the pose, lens and time that the last frame drew.
+fn follows(last: &Rig, rig: &Rig) -> bool {
+    let is_next = |(last, eye): (&View, &View)| {
+        last.pose == eye.previous && last.lens == eye.previous_lens && last.clock.now_s == eye.clock.before_s
     };
-    last.eyes.len() == rig.eyes.len() && last.eyes.iter().zip(&rig.eyes).all(follows)
+    last.eyes.len() == rig.eyes.len() && last.eyes.iter().zip(&rig.eyes).all(is_next)
 }

@@ -26,13 +26,19 @@ pub(crate) struct EyeMemory {
 }
 
 impl EyeMemory {
-    /// Begins a frame. Returns whether the size changed, so that all pictures were released.
+    /// Begins a frame, with textures for pictures of `room_px`. Returns whether all pictures were released.
     ///
     /// # Errors
     /// [`GpuError::Limit`] if the pictures are larger than the device allows.
-    pub(super) fn begin_frame(&mut self, gpu: &Gpu, view: &View, style: &Style) -> Result<bool, GpuError> {
+    pub(super) fn begin_frame(
+        &mut self,
+        gpu: &Gpu,
+        view: &View,
+        style: &Style,
+        room_px: Option<[u32; 2]>,
+    ) -> Result<bool, GpuError> {
         self.layer_inks.clear();
-        let stays = self.targets.begin_frame(gpu, view.part.size_px)?;
+        let stays = self.targets.begin_frame(gpu, view.part.size_px, room_px)?;
         match (style.strokes(), &mut self.strokes) {
             (Some(_), None) => self.strokes = Some(StrokeMemory::new(gpu)?),
             // Strokes continue only if the last frame had the same style, at most with changed values.

@@ -14,6 +14,12 @@ impl<'a> Drawer<'a> {
         Self { pass, draws: 0 }
     }
 
+    /// Limits what is drawn to the upper left part of the targets, of `size_px` pixels.
+    pub(super) fn limit_to(&mut self, [width, height]: [u32; 2]) {
+        self.pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
+        self.pass.set_scissor_rect(0, 0, width, height);
+    }
+
     /// Returns how many draws have been recorded.
     pub(super) fn draws(&self) -> u32 {
         self.draws

@@ -366,6 +366,9 @@ impl<'a> Recorder<'a> {
                 ..Default::default()
             });
             let mut drawer = Drawer::new(pass);
+            if let Some(part) = on.colors.iter().copied().chain(on.depth).find(|target| target.is_part()) {
+                drawer.limit_to(part.size_px());
+            }
             record(&mut drawer);
             drawer.draws()
         };

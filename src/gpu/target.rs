@@ -19,9 +19,12 @@ pub struct Target {
     pub name: &'static str,
     /// Group and sentence of the list of pictures.
     pub content: Content,
+    /// The picture is its upper left part of [`Target::size_px`] texels.
     pub texture: wgpu::Texture,
     /// View of the whole texture.
     pub view: wgpu::TextureView,
+    /// Width and height of the picture, in pixels.
+    used_px: [u32; 2],
 }
 
 /// The content of a picture of a frame, in words for people who look at it.
@@ -131,12 +134,25 @@ impl Target {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { name: kind.name, content: kind.content, texture, view }
+        Self { name: kind.name, content: kind.content, texture, view, used_px: size_px }
     }
 
-    /// Returns width and height, in pixels.
+    /// Returns a target for a texture, all of which is the picture.
+    #[cfg(test)]
+    pub(crate) fn of_texture(name: &'static str, content: Content, texture: wgpu::Texture) -> Self {
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let used_px = [texture.width(), texture.height()];
+        Self { name, content, texture, view, used_px }
+    }
+
+    /// Returns width and height of the picture, in pixels. The texture may be larger ([`Targets::begin_frame`]).
     pub fn size_px(&self) -> [u32; 2] {
-        [self.texture.width(), self.texture.height()]
+        self.used_px
+    }
+
+    /// Returns whether the picture is only a part of its texture.
+    pub(crate) fn is_part(&self) -> bool {
+        self.used_px != [self.texture.width(), self.texture.height()]
     }
 
     /// Returns the size on the GPU, in bytes.
@@ -146,27 +162,43 @@ impl Target {
     }
 }
 
+/// Number of texels by which a reduced picture of the largest size may be wider than its share of the room: its size is
+/// rounded up.
+const SLACK_PX: u32 = 2;
+/// Number of texels by which a texture may be wider than it need be.
+const WASTE_PX: u32 = 16;
+
 /// A pool with the pictures of an eye.
 #[derive(Default)]
 pub(crate) struct Targets {
     /// Size of a whole picture, in pixels.
     size_px: [u32; 2],
-    /// Each target with the last frame that requested it, by name, number and size: alternating styles may need the
-    /// same picture in two sizes, and a style may have several layers of a kind.
+    /// Size of the textures of whole pictures, if it is not that of the pictures.
+    room_px: Option<[u32; 2]>,
+    /// Each target with the last frame that requested it, by name, number and size of the texture: alternating styles may
+    /// need the same picture in two sizes, and a style may have several layers of a kind.
     targets: FxHashMap<(&'static str, usize, [u32; 2]), (Target, u64)>,
     frame: u64,
 }
 
 impl Targets {
     /// Begins a frame with pictures of `size_px` pixels, and releases pictures that have not been requested for a
-    /// while. If the size differs from that of the previous frame, releases all pictures. Returns whether it is the
-    /// same.
+    /// while. If the size differs from that of the previous frame, releases all pictures.
+    ///
+    /// With `room_px`, textures have room for whole pictures of that size, and smaller pictures are a part of them: then
+    /// pictures are released only if the room changes. Returns whether pictures of the previous frame stay.
     ///
     /// # Errors
     /// [`GpuError::Limit`] if the pictures are larger than the device allows.
-    pub(crate) fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2]) -> Result<bool, GpuError> {
+    pub(crate) fn begin_frame(
+        &mut self,
+        gpu: &Gpu,
+        size_px: [u32; 2],
+        room_px: Option<[u32; 2]>,
+    ) -> Result<bool, GpuError> {
         let limit = gpu.device.limits().max_texture_dimension_2d;
-        if let Some(side) = size_px.into_iter().find(|side| *side > limit) {
+        let room_px = room_px.map(|room| [0, 1].map(|axis| room[axis].max(size_px[axis]).max(1)));
+        if let Some(side) = room_px.unwrap_or(size_px).into_iter().find(|side| *side > limit) {
             return Err(GpuError::Limit {
                 what: "the side of a picture in pixels",
                 wanted: side.into(),
@@ -174,11 +206,11 @@ impl Targets {
             });
         }
         let size_px = size_px.map(|side| side.max(1));
-        let stays = self.size_px == size_px;
+        let stays = self.room_px == room_px && (self.size_px == size_px || (room_px.is_some() && self.frame > 0));
         if !stays {
             self.targets.clear();
-            self.size_px = size_px;
         }
+        (self.size_px, self.room_px) = (size_px, room_px);
         self.frame += 1;
         let frame = self.frame;
         self.targets.retain(|_, (_, used_in)| *used_in + KEEP_FRAMES > frame);
@@ -202,10 +234,34 @@ impl Targets {
     }
 
     fn entry(&mut self, gpu: &Gpu, kind: &TargetKind, number: usize, size_px: [u32; 2]) -> Target {
-        let make = || (Target::new(gpu, kind, size_px), 0);
-        let (target, used_in) = self.targets.entry((kind.name, number, size_px)).or_insert_with(make);
+        let texture_px = self.texture_px(kind, number, size_px);
+        let make = || (Target::new(gpu, kind, texture_px), 0);
+        let (target, used_in) = self.targets.entry((kind.name, number, texture_px)).or_insert_with(make);
         *used_in = self.frame;
+        target.used_px = size_px;
         target.clone()
+    }
+
+    /// Returns the size of the texture for a picture of `size_px`: that of a texture that is there and not much too large,
+    /// or else one with room for the picture that whole pictures of the largest size have.
+    fn texture_px(&self, kind: &TargetKind, number: usize, size_px: [u32; 2]) -> [u32; 2] {
+        let Some(room_px) = self.room_px.filter(|_| size_px != [1, 1]) else { return size_px };
+        if size_px == self.size_px {
+            return room_px;
+        }
+        let grown = |axis: usize| {
+            let [side, room, whole] = [size_px, room_px, self.size_px].map(|size| u64::from(size[axis]));
+            u32::try_from((side * room).div_ceil(whole)).unwrap_or(u32::MAX).saturating_add(SLACK_PX)
+        };
+        let wanted_px = [0, 1].map(grown);
+        let fits = |texture_px: &[u32; 2]| {
+            (0..2).all(|axis| {
+                let most_px = wanted_px[axis].saturating_add(WASTE_PX);
+                (size_px[axis]..=most_px).contains(&texture_px[axis]) && texture_px[axis] != 1
+            })
+        };
+        let known = self.targets.keys().filter(|(name, of, _)| (*name, *of) == (kind.name, number));
+        known.map(|(_, _, texture_px)| *texture_px).find(fits).unwrap_or(wanted_px)
     }
 
     /// Returns the picture of a kind, if the latest frame requested it; of several pictures that with number 0.

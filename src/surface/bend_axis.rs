@@ -27,7 +27,7 @@ pub(crate) struct Inputs<'a> {
 }
 
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let rules = BendAxisRules { step: inputs.hatching.axis_step() };
+    let rules = BendAxisRules { step: inputs.hatching.axis_step(), pad: 0, blocks: inputs.bend_axis.size_px() };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
         ("bend_axis_rules", recorder.uniform("bend axis rules", &rules)),

@@ -75,19 +75,17 @@ impl Inputs {
         hatching: &Hatching,
     ) -> Self {
         let cell_px = if hatching.balance { hatching.cell_px() } else { 1 };
-        let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
+        let of_picture = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
+        // Without balance one cell stands for all.
+        let cells = if hatching.balance { of_picture } else { [1, 1] };
         let gpu = recorder.gpu();
-        let uniform = BalanceUniform { cell_px: cell_px as i32, pad_a: 0, pad_b: 0, pad_c: 0 };
+        let uniform = BalanceUniform { cell_px: cell_px as i32, pad: 0, cells };
         Self {
             view: view.clone(),
             balance: recorder.uniform("balance", &uniform),
             cover: targets.whole(gpu, &COVER),
             sums: hatching.balance.then(|| targets.sized(gpu, &SUMS, cells)),
-            more: if hatching.balance {
-                targets.sized(gpu, &MORE, cells)
-            } else {
-                targets.sized(gpu, &NO_MORE, [1, 1])
-            },
+            more: targets.sized(gpu, if hatching.balance { &MORE } else { &NO_MORE }, cells),
             marks: targets.whole(gpu, &MARKS),
         }
     }

@@ -67,7 +67,7 @@ impl PlacePicker {
     /// Requests the place that the last picture shows. Returns `false` if too many requests are pending.
     pub(super) fn request(&mut self, gpu: &Gpu, request: &PlaceRequest<'_>) -> bool {
         let PlaceRequest { distance, view, earth, cursor_px, part, picture } = *request;
-        let size = [distance.texture.width(), distance.texture.height()];
+        let size = distance.size_px();
         let pixel = [0, 1].map(|axis| ((part[axis] * f64::from(size[axis])) as u32).min(size[axis].saturating_sub(1)));
         let is_sent = self.readback.request_texel(gpu, distance, pixel);
         if is_sent {

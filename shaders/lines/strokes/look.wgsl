@@ -60,15 +60,23 @@ const EXTREME: f32 = 0.1;
 // A point is hidden if it is behind the surface by more than this part of its distance.
 const HIDDEN: f32 = 0.01;
 
+// Returns the size of the other image.
+fn other_px() -> vec2<u32> {
+#ifdef PAIR
+    return other_view.size_px;
+#else
+    return view.size_px;
+#endif
+}
+
 // Returns the position on the other image, and the distance along the view axis.
 fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 #ifdef PAIR
     let clip = other_view.clip_from_camera * vec4<f32>(at_m, 1.0);
-    let size = vec2<f32>(other_view.size_px);
 #else
     let clip = view.previous_clip_from_camera * vec4<f32>(at_m, 1.0);
-    let size = vec2<f32>(view.size_px);
 #endif
+    let size = vec2<f32>(other_px());
     let ndc = clip.xy / max(clip.w, 1e-6);
     return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * size, clip.w);
 }
@@ -87,7 +95,7 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let max_depth_ratio = MAX_DEPTH_RATIO;
 #endif
     var found = nothing;
-    let size = vec2<i32>(textureDimensions(ids));
+    let size = vec2<i32>(other_px());
     let middle = vec2<i32>(floor(place.xy));
     var best = 1e9;
     var seen = 0u;
@@ -209,7 +217,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = samples[id.x];
     var found = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, matches[id.x].at_px, -WHOLLY_PX, 0u);
     let place = on_picture(own.position_m);
-    let size = vec2<f32>(textureDimensions(ids));
+    let size = vec2<f32>(other_px());
     if place.z >= view.near_m && all(place.xy >= vec2<f32>(-8.0)) && all(place.xy <= size + 8.0) {
         // A last sample uses the direction from the sample before it.
         let is_last = (own.flags & LAST) != 0u;

@@ -74,8 +74,10 @@ struct Fit {
     slope: f32,
 }
 
-fn tone_at(place: vec2<f32>, channel: u32, own: f32) -> f32 {
-    let texel = textureSampleLevel(blurred, tone_sampler, place / vec2<f32>(textureDimensions(blurred)), 0.0);
+// `size` is that of the grid. The texture may be larger, so that the sampler does not clamp.
+fn tone_at(size: vec2<f32>, place: vec2<f32>, channel: u32, own: f32) -> f32 {
+    let inside = clamp(place, vec2<f32>(0.5), size - 0.5);
+    let texel = textureSampleLevel(blurred, tone_sampler, inside / vec2<f32>(textureDimensions(blurred)), 0.0);
     let is_there = search.is_sky_toneless == 0u || texel.a > MIN_SURFACE;
     return select(own, select(texel.r, texel.g, channel == 1u), is_there);
 }
@@ -90,9 +92,9 @@ fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fi
     let x = vec2<f32>(spacing, 0.0);
     let y = vec2<f32>(0.0, spacing);
     // Columns from left to right.
-    let left = vec3<f32>(tone_at(place - x - y, channel, own), tone_at(place - x, channel, own), tone_at(place - x + y, channel, own));
-    let middle = vec3<f32>(tone_at(place - y, channel, own), tone_at(place, channel, own), tone_at(place + y, channel, own));
-    let right = vec3<f32>(tone_at(place + x - y, channel, own), tone_at(place + x, channel, own), tone_at(place + x + y, channel, own));
+    let left = vec3<f32>(tone_at(size, place - x - y, channel, own), tone_at(size, place - x, channel, own), tone_at(size, place - x + y, channel, own));
+    let middle = vec3<f32>(tone_at(size, place - y, channel, own), tone_at(size, place, channel, own), tone_at(size, place + y, channel, own));
+    let right = vec3<f32>(tone_at(size, place + x - y, channel, own), tone_at(size, place + x, channel, own), tone_at(size, place + x + y, channel, own));
     let all_three = vec3<f32>(1.0);
     let down = vec3<f32>(-1.0, 0.0, 1.0);
     let bent = vec3<f32>(1.0, -2.0, 1.0);

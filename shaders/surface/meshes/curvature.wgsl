@@ -6,7 +6,7 @@
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel, distance_from_eye}
 #import hachure::seen::{normal_seen, place_seen}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, MeshInstance}
-#import hachure::mark_normal::pixel_of_block
+#import hachure::mark_normal::{block_count, pixel_of_block}
 #import hachure::curvature::{frame_of, form2, form3}
 #import hachure::surface_id::{kind_of, FIRST_MESH, MESH}
 
@@ -59,7 +59,7 @@ fn with_corner(sum: Sum, standing: MeshInstance, corner: u32, part: f32, n: vec3
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = vec2<i32>(id.xy);
-    if any(id.xy >= textureDimensions(shape_normal)) {
+    if any(id.xy >= block_count(view)) {
         return;
     }
     let pixel = pixel_of_block(view, block);

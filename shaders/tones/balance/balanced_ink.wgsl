@@ -24,7 +24,7 @@ fn balanced_at(eye: View, cells: texture_2d<f32>, px: vec2<f32>) -> f32 {
     let whole = floor(place);
     let f = place - whole;
     let first = vec2<i32>(whole) - first_cell(eye, balance);
-    let last = vec2<i32>(textureDimensions(cells)) - 1;
+    let last = vec2<i32>(balance.cells) - 1;
     var balanced = 0.0;
     for (var i = 0; i < 4; i++) {
         let offset = vec2<i32>(i & 1, i >> 1u);

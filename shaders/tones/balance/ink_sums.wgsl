@@ -26,7 +26,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) l
     }
     rows[local.y * 8u + local.x] = sum;
     workgroupBarrier();
-    if local.y == 0u && all(cell < vec2<i32>(textureDimensions(sums))) {
+    if local.y == 0u && all(vec2<u32>(cell) < balance.cells) {
         for (var i = 1u; i < 8u; i++) {
             sum += rows[i * 8u + local.x];
         }

@@ -197,7 +197,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
     let rules = TreeRules { cover_low_m, cells_per_m, species: records, shares: shares(forest) };
     let question = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&packed)].concat();
     let counts = recorder.buffer(&TREE_COUNTS, 4 * (u64::from(count * lists(trees.species())) + 1));
-    depths::run(recorder, depth, tile_depth);
+    depths::run(recorder, view, depth, tile_depth);
     let mut resources: Vec<Named> = vec![
         ("view", view.clone()),
         ("tile_depth", tile_depth.into()),

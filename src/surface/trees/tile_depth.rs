@@ -1,6 +1,7 @@
 //! Finds the farthest depth in each tile of the picture. See `shaders/surface/trees/tile_depth.wgsl`.
 
 use crate::gpu::Gpu;
+use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Group, Target, TargetKind, Targets};
 use crate::gpu::wgsl::shared::tree_depth::TILE_PX;
@@ -19,7 +20,7 @@ pub(crate) fn target(gpu: &Gpu, targets: &mut Targets) -> Target {
 }
 
 /// Finds the farthest depths of what has been drawn so far.
-pub(super) fn run(recorder: &mut Recorder<'_>, depth: &Target, tile_depth: &Target) {
-    let resources = [("depth", depth.into()), ("tile_depth", tile_depth.into())];
+pub(super) fn run(recorder: &mut Recorder<'_>, view: &Resource, depth: &Target, tile_depth: &Target) {
+    let resources = [("view", view.clone()), ("depth", depth.into()), ("tile_depth", tile_depth.into())];
     recorder.pixels("surface/trees/tile_depth", tile_depth.size_px(), &resources);
 }

@@ -5,6 +5,7 @@ mod background;
 mod eyes;
 mod lens;
 mod live;
+mod room;
 mod steady;
 mod switches;
 

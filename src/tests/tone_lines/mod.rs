@@ -81,7 +81,7 @@ impl Bench {
             .map(|(x, y)| mean(x, y))
             .collect();
         let tone_image = self.picture(cells, &means);
-        self.targets.begin_frame(&self.gpu, SIZE_PX).unwrap();
+        self.targets.begin_frame(&self.gpu, SIZE_PX, None).unwrap();
         let mut recorder = Recorder::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
         let pose = Pose { position_m: DVec3::ZERO, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 1.0 };
         let view = &recorder.uniform("view", &View::whole(pose, pose, SIZE_PX).uniform(DVec3::ZERO));

@@ -6,6 +6,6 @@ use crate::gpu::target::Target;
 
 /// Computes `more` from `sums`.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
-    let resources = [("sums", sums.into()), ("more", (&inputs.more).into())];
+    let resources = [("balance", inputs.balance.clone()), ("sums", sums.into()), ("more", (&inputs.more).into())];
     recorder.pixels("tones/balance/ink_windows", sums.size_px(), &resources);
 }

@@ -140,9 +140,7 @@ impl Textures for Counted {
 
 /// Returns the bytes of a thumbnail.
 fn bytes(gpu: &Gpu, texture: &wgpu::Texture) -> Vec<u8> {
-    let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-    let target =
-        Target { name: "thumbnail", content: Group::Whole.shows("A thumbnail"), texture: texture.clone(), view };
+    let target = Target::of_texture("thumbnail", Group::Whole.shows("A thumbnail"), texture.clone());
     read(gpu, &target, [0, 0], target.size_px()).unwrap()
 }
 
