@@ -238,6 +238,11 @@ impl Renderer {
         self.submits = submits;
     }
 
+    /// Sets the tag that is taken with the times of the next frames ([`Renderer::take_tagged_times`]).
+    pub(crate) fn set_frame_tag(&mut self, tag: u64) {
+        self.timer.tag = tag;
+    }
+
     /// Sets whether frames write [`MOTION`](crate::surface::motion::MOTION), which otherwise only temporal
     /// anti-aliasing needs.
     pub(crate) fn set_wants_motion(&mut self, wants_motion: bool) {

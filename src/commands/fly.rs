@@ -13,6 +13,7 @@ use clap::Args;
 
 use super::arguments;
 use super::place_args::LookArgs;
+use super::quality_args::QualityArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
@@ -54,6 +55,13 @@ pub(crate) struct FlyArgs {
     /// Largest error of the drawn surface, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: f64,
+    /// How exactly the picture is drawn.
+    #[command(flatten)]
+    pub quality: QualityArgs,
+    /// Hold the GPU time of a frame, in milliseconds (11.1 for 90 frames a second): the most exact settings of the style's
+    /// measured front that fit, or, for a style without one, the resolution that fits
+    #[arg(long, value_name = "MS", conflicts_with_all = ["quality", "vr"], value_parser = arguments::within(ranges::BUDGET_MS), allow_hyphen_values = true)]
+    pub budget: Option<f64>,
     /// Memory for heights on the GPU, and as much again in main memory, in MiB; styles with shadows or water need a
     /// quarter more on the GPU for maps of the same tiles, and styles with both a half more
     #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]

@@ -9,17 +9,8 @@ use super::arguments;
 use super::misuse::Misuse;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::{named, quoted};
-use crate::frame::Antialias;
 use crate::measure::quality::{self, Front, Level, Point};
-use crate::measure::trade::SCALE;
-use crate::scene::ranges::{self, NumberRange};
-use crate::style::set::SetValue;
-
-/// Allowed render scales.
-const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
-
-/// The measured fronts of presets, by name.
-const FRONTS: &[(&str, &str)] = &[("ink", include_str!("../../benches/fronts/ink.toml"))];
+use crate::measure::setting::{FRONTS, Setting};
 
 /// `--quality` and `--front`.
 #[derive(Clone, Debug, Default, Args)]
@@ -44,37 +35,6 @@ pub(crate) enum Use {
     Frames,
     /// Frames whose settings a governor chooses, from all points.
     Governor,
-}
-
-/// What a point of a front, or a setting of a sweep, changes.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Setting {
-    pub lod_error_px: Option<f64>,
-    /// Factor on both sides of the picture.
-    pub scale: Option<f64>,
-    pub antialias: Option<Antialias>,
-    /// Parameters of the style.
-    pub values: Vec<SetValue>,
-}
-
-impl Setting {
-    /// Parses the values of a setting, by their keys.
-    ///
-    /// # Errors
-    /// The key and the value, and the rule that the value breaks. Parameters of the style are not checked.
-    pub(crate) fn of<'a>(pairs: impl IntoIterator<Item = (&'a str, &'a str)>) -> Result<Self, String> {
-        let mut setting = Self::default();
-        for (key, text) in pairs {
-            let wrong = |rule: String| format!("{key}={text}: {rule}");
-            match key {
-                "lod-error" => setting.lod_error_px = Some(ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?),
-                "antialias" => setting.antialias = Some(text.parse().map_err(wrong)?),
-                SCALE => setting.scale = Some(SCALES.parse(text).map_err(wrong)?),
-                _ => setting.values.push(SetValue { key: key.to_owned(), text: text.to_owned() }),
-            }
-        }
-        Ok(setting)
-    }
 }
 
 impl QualityArgs {

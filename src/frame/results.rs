@@ -117,6 +117,11 @@ impl Renderer {
 
     /// Takes the pass times of the oldest finished frame whose times have not been taken.
     pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
+        self.timer.take().map(|(_, times)| times)
+    }
+
+    /// Takes the tag of that frame ([`Renderer::set_frame_tag`]), and its pass times.
+    pub(crate) fn take_tagged_times(&mut self) -> Option<(u64, Vec<PassTime>)> {
         self.timer.take()
     }
 

@@ -261,7 +261,7 @@ impl Renderer {
         let mut is_complete = true;
         for eyes in frames {
             for (memory, view) in memories.iter_mut().zip(&eyes) {
-                memory.begin_frame(gpu, view, style, None)?;
+                memory.begin_frame(gpu, view, style, self.room_px)?;
             }
             let rig = &Rig { eyes, ..*rig };
             let mut recorder = Recorder::prewarm(gpu, &mut self.pools, &mut self.timer);

@@ -25,7 +25,7 @@ use super::finite::{self, NonFinite, WrittenFloats};
 use super::pipelines::{Builds, Compute, Draw, Key, Raw, Ready};
 use super::pools::Pools;
 use super::target::Target;
-use super::timer::Timer;
+use super::timer::{Mark, Timer};
 use super::trace::{PassTrace, Traced, Work, uses};
 use super::{Gpu, GpuError};
 
@@ -42,6 +42,8 @@ pub enum Submits {
     /// One submit for all passes, and no times.
     #[default]
     Whole,
+    /// One submit for all passes, and the time of the whole frame. On a software driver the frame is waited for.
+    Framed,
     /// Each pass is timed. On a GPU all passes are one submit, with timestamps around each; on a software driver each
     /// pass is submitted alone, at the cost of two more submits and two waits per pass.
     Timed,
@@ -132,11 +134,15 @@ pub struct Attachments<'a> {
 impl<'a> Recorder<'a> {
     /// Begins a frame. With `traces`, [`submit`](Self::submit) returns a trace of its passes.
     pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
+        let mut first = encoder(gpu);
+        if submits == Submits::Framed {
+            timer.mark(Mark::Begin, &mut first);
+        }
         Self {
             gpu,
             pools,
             timer,
-            encoder: encoder(gpu),
+            encoder: first,
             open: None,
             submits,
             trace: (traces || submits == Submits::Checked).then(Vec::new),
@@ -260,7 +266,7 @@ impl<'a> Recorder<'a> {
                 }
             }
         }
-        if self.submits == Submits::Whole {
+        if matches!(self.submits, Submits::Whole | Submits::Framed) {
             let encoder = &mut self.encoder;
             let (pass, set) = self.open.get_or_insert_with(|| {
                 let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes: None };
@@ -396,7 +402,7 @@ impl<'a> Recorder<'a> {
             return Ok(Submitted { trace: None, submit_ms: 0.0, non_finite });
         }
         self.open = None;
-        let is_timed = self.submits == Submits::Timed;
+        let is_timed = matches!(self.submits, Submits::Timed | Submits::Framed);
         if !self.is_complete {
             if is_timed {
                 self.timer.forget(self.gpu);
@@ -404,6 +410,9 @@ impl<'a> Recorder<'a> {
             self.pools.end_frame();
             self.gpu.cache().end_frame();
             return Ok(Submitted { trace: self.trace.map(|_| Vec::new()), submit_ms: 0.0, non_finite });
+        }
+        if self.submits == Submits::Framed {
+            self.timer.mark(Mark::End, &mut self.encoder);
         }
         if is_timed {
             self.timer.resolve(&mut self.encoder);
@@ -413,6 +422,7 @@ impl<'a> Recorder<'a> {
         let last = self.encoder.finish();
         let finish = |(name, recorded): (Option<&'static str>, wgpu::CommandEncoder)| (name, recorded.finish());
         let recorded: Vec<_> = self.recorded.drain(..).map(finish).collect();
+        let framed = (self.submits == Submits::Framed).then(|| self.timer.begin_frame(self.gpu)).flatten();
         let begun = Instant::now();
         self.pools.arena.flush(self.gpu);
         if !recorded.is_empty() {
@@ -434,6 +444,9 @@ impl<'a> Recorder<'a> {
         }
         self.gpu.queue.submit(resets.into_iter().chain([last]));
         let submit_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        if let Some(begun) = framed {
+            self.timer.end_whole_frame(self.gpu, begun);
+        }
         if is_timed {
             self.timer.end_frame();
         }

@@ -9,6 +9,7 @@
 //!
 //! Why: `docs/decisions/timing.md`.
 
+use std::collections::VecDeque;
 use std::time::Instant;
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerQuery, GpuProfilerSettings, GpuTimerQueryResult};
@@ -18,6 +19,20 @@ use super::{Gpu, GpuError};
 
 /// The name under which the time of the whole frame is listed among its passes.
 pub(crate) const FRAME: &str = "frame";
+
+/// Largest number of frames whose times have not been taken.
+const MOST_PENDING: usize = 8;
+/// Where the time of a whole frame begins and ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Mark {
+    Begin,
+    End,
+}
+
+/// The names of the empty passes at [`Mark`]s.
+const MARKS: [&str; 2] = ["frame begin", "frame end"];
+/// The name of the only time of a frame that is not timed by passes, on a software driver.
+const WHOLE: &str = "whole frame";
 
 /// The GPU time of one pass in a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +54,10 @@ pub struct Timer {
     current_times: Vec<PassTime>,
     /// Times of the last finished frame, on a software driver.
     finished_times: Option<Vec<PassTime>>,
+    /// Tag of the next frame.
+    pub(crate) tag: u64,
+    /// Tags of the frames whose times have not been taken, oldest first.
+    tags: VecDeque<u64>,
 }
 
 impl Timer {
@@ -47,7 +66,7 @@ impl Timer {
     /// # Errors
     /// [`GpuError::Device`] if the queries cannot be created.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
+        let settings = GpuProfilerSettings { max_num_pending_frames: MOST_PENDING, ..Default::default() };
         let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
         let period_ns = gpu.queue.get_timestamp_period();
         Ok(Self {
@@ -56,16 +75,20 @@ impl Timer {
             is_software: gpu.is_software(),
             current_times: Vec::new(),
             finished_times: None,
+            tag: 0,
+            tags: VecDeque::new(),
         })
     }
 
     /// Returns the times of the oldest finished frame whose times have not been taken: [`FRAME`] first, then its
-    /// passes.
-    pub fn take(&mut self) -> Option<Vec<PassTime>> {
+    /// passes; and the tag of the frame.
+    pub fn take(&mut self) -> Option<(u64, Vec<PassTime>)> {
         if self.is_software {
-            return self.finished_times.take();
+            let times = self.finished_times.take()?;
+            return Some((self.tags.drain(..).last().unwrap_or_default(), times));
         }
         let results = self.profiler.process_finished_frame(self.period_ns)?;
+        let tag = self.tags.pop_front().unwrap_or_default();
         let mut times = Vec::new();
         collect(&results, &mut times);
         let end = |times: &[(f64, f64, PassTime)]| times.iter().map(|time| time.1).fold(f64::MIN, f64::max);
@@ -73,8 +96,33 @@ impl Timer {
         let frame = (!times.is_empty())
             .then(|| PassTime { name: FRAME.to_owned(), gpu_ms: (end(&times) - start(&times)) * 1000.0 });
         let mut passes = Vec::from_iter(frame);
-        times.into_iter().for_each(|(_, _, time)| add(&mut passes, time));
-        Some(passes)
+        let of_passes = times.into_iter().filter(|(_, _, time)| !MARKS.contains(&&*time.name));
+        of_passes.for_each(|(_, _, time)| add(&mut passes, time));
+        Some((tag, passes))
+    }
+
+    /// Records an empty pass, at which the time of a whole frame begins or ends. Does nothing on a software driver.
+    pub(super) fn mark(&self, mark: Mark, encoder: &mut wgpu::CommandEncoder) {
+        let name = MARKS[mark as usize];
+        let Some(query) = self.begin(name, encoder) else { return };
+        let timestamp_writes = query.compute_pass_timestamp_writes();
+        drop(encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes }));
+        self.end(encoder, query);
+    }
+
+    /// Begins the time of a whole frame that is submitted now, on a software driver.
+    pub(super) fn begin_frame(&self, gpu: &Gpu) -> Option<Instant> {
+        self.is_software.then(|| {
+            gpu.wait();
+            Instant::now()
+        })
+    }
+
+    /// Waits for the frame, and adds its time.
+    pub(super) fn end_whole_frame(&mut self, gpu: &Gpu, begun: Instant) {
+        gpu.wait();
+        let time = PassTime { name: WHOLE.to_owned(), gpu_ms: begun.elapsed().as_secs_f64() * 1000.0 };
+        self.current_times.push(time);
     }
 
     /// Returns whether each pass is submitted alone and waited for.
@@ -112,7 +160,7 @@ impl Timer {
         self.current_times.clear();
         if !self.is_software {
             match Self::new(gpu) {
-                Ok(timer) => *self = timer,
+                Ok(timer) => *self = Self { tag: self.tag, ..timer },
                 Err(error) => tracing::warn!("GPU timer: {error}"),
             }
         }
@@ -127,11 +175,15 @@ impl Timer {
 
     /// Ends the frame. Must be called after its last submit.
     pub(super) fn end_frame(&mut self) {
+        self.tags.push_back(self.tag);
+        // The profiler drops the oldest frames, too.
+        self.tags.drain(..self.tags.len().saturating_sub(MOST_PENDING));
         if self.is_software {
             let mut times = std::mem::take(&mut self.current_times);
             if !times.is_empty() {
                 let gpu_ms = times.iter().map(|time| time.gpu_ms).sum();
                 times.insert(0, PassTime { name: FRAME.to_owned(), gpu_ms });
+                times.retain(|time| time.name != WHOLE);
             }
             self.finished_times = Some(times);
         } else if let Err(error) = self.profiler.end_frame() {

@@ -14,11 +14,14 @@ pub(crate) mod quality;
 pub(crate) mod report;
 pub(crate) mod report_html;
 pub(crate) mod report_text;
+pub(crate) mod setting;
 pub(crate) mod settings;
 pub(crate) mod statistics;
 pub mod stereo;
 pub(crate) mod suite;
 pub mod temporal;
 pub(crate) mod trade;
+#[cfg(test)]
+mod trade_page;
 mod trade_plot;
 pub(crate) mod work;

@@ -18,19 +18,39 @@ pub(super) fn svg(trade: &Trade<'_>) -> Option<String> {
         .into_iter()
         .find(|(key, _)| has(key))?;
     let place = |run: &Run| Some([trade.cost.of(run)?, *trade::errors(run).get(key)?]);
-    let points: Vec<([f64; 2], bool, String)> = trade
+    let points: Vec<Plotted> = trade
         .runs
         .iter()
         .zip(trade.on_front())
-        .filter_map(|(run, is_on_front)| Some((place(run)?, is_on_front, trade::setting_words(run))))
+        .filter_map(|(run, is_on_front)| {
+            Some(Plotted { at: place(run)?, is_on_front, words: trade::setting_words(run) })
+        })
         .collect();
-    let largest = |axis: usize| points.iter().map(|(at, ..)| at[axis]).fold(0.0, f64::max);
+    let svg = drawing(&points, trade.cost.head(), name);
+    Some(format!(
+        "<div class=\"wide\">{svg}</div>\n<p class=\"faint\">Filled: on the front. A point's name appears under the \
+         mouse.</p>\n"
+    ))
+}
+
+/// A setting on the plot.
+pub(super) struct Plotted {
+    /// Cost and error.
+    pub at: [f64; 2],
+    pub is_on_front: bool,
+    /// The setting in words.
+    pub words: String,
+}
+
+/// Returns the plot of settings as SVG; `cost_name` and `name` are those of the axes.
+pub(super) fn drawing(points: &[Plotted], cost_name: &str, name: &str) -> String {
+    let largest = |axis: usize| points.iter().map(|point| point.at[axis]).fold(0.0, f64::max);
     let steps = [0, 1].map(|axis| nice_step(largest(axis) / 5.0));
     let tops = [0, 1].map(|axis| (largest(axis) / steps[axis] - 1e-9).ceil().max(1.0) * steps[axis]);
     let on_page =
         |[x, y]: [f64; 2]| [LEFT + x / tops[0] * (WIDTH - LEFT - 16.0), BOTTOM - y / tops[1] * (BOTTOM - 16.0)];
 
-    let mut svg = format!("<div class=\"wide\"><svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
+    let mut svg = format!("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\">\n");
     for tick in 0..=(tops[1] / steps[1]).round() as u32 {
         let value = f64::from(tick) * steps[1];
         let [_, y] = on_page([0.0, value]);
@@ -44,25 +64,24 @@ pub(super) fn svg(trade: &Trade<'_>) -> Option<String> {
         svg += &format!("<text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", BOTTOM + 18.0, short(value));
     }
     let (right, below) = (WIDTH - 16.0, BOTTOM + 38.0);
-    svg += &format!("<text x=\"{right}\" y=\"{below}\" text-anchor=\"end\">{}</text>\n", trade.cost.head());
+    svg += &format!("<text x=\"{right}\" y=\"{below}\" text-anchor=\"end\">{cost_name}</text>\n");
     svg += &format!("<text x=\"{LEFT}\" y=\"10\">{name}</text>\n");
-    let mut front: Vec<[f64; 2]> =
-        points.iter().filter(|(_, is_on_front, _)| *is_on_front).map(|(at, ..)| *at).collect();
+    let mut front: Vec<[f64; 2]> = points.iter().filter(|point| point.is_on_front).map(|point| point.at).collect();
     front.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let line: Vec<String> = front.into_iter().map(on_page).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     svg +=
         &format!("<polyline fill=\"none\" stroke=\"#888\" stroke-dasharray=\"3 3\" points=\"{}\"/>\n", line.join(" "));
-    for (at, is_on_front, words) in &points {
+    for Plotted { at, is_on_front, words } in points {
         let ([x, y], fill) = (on_page(*at), if *is_on_front { "#0b6" } else { "none" });
         let [cost, error] = at.map(short);
         svg += &format!(
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"#0b6\"><title>{}: {cost} {}, {error} \
              {name}</title></circle>\n",
             escape(words),
-            trade.cost.head()
+            cost_name
         );
     }
-    Some(svg + "</svg></div>\n<p class=\"faint\">Filled: on the front. A point's name appears under the mouse.</p>\n")
+    svg + "</svg>\n"
 }
 
 #[cfg(test)]

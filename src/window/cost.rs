@@ -206,6 +206,7 @@ mod tests {
             let stats = PanelStats {
                 adapter: "",
                 picture_px: [640, 360],
+                quality: None,
                 frame_times: &FrameTimes::default(),
                 pass_times: &pass_times,
                 triangles: 12_345,

@@ -57,6 +57,7 @@ use super::overlay::Overlay;
 use super::path_flight::Reading;
 use super::picture_viewer::PictureViewer;
 use super::pictures::Pictures;
+use super::quality::Ladder;
 use super::questions::Questions;
 use super::remembered::Remembered;
 use super::reopening::Reopening;
@@ -70,6 +71,7 @@ use crate::file::{FileError, standard};
 use crate::frame::{Light, Renderer};
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
+use crate::gpu::timer::FRAME;
 use crate::lines::strokes::AsyncStrokeNumbers;
 use crate::scene::SceneFocus;
 use crate::scene::reach::Reach;
@@ -152,6 +154,8 @@ pub(super) struct Flight {
     /// Wakes the event loop from other threads.
     proxy: EventLoopProxy<()>,
     settings: Settings,
+    /// The settings between which the quality chooses.
+    ladder: Ladder,
     scene_history: SceneHistory,
     styles: Styles,
     frame_times: FrameTimes,
@@ -217,6 +221,10 @@ struct LastPicture {
     pair: Pair,
     prepared: Prepared,
     tiles_loaded: u64,
+    /// The chosen style, and what the quality made of it; `None` if that is the same.
+    style: Option<(Style, Style)>,
+    /// Size of the picture of an eye, in pixels.
+    picture_px: [u32; 2],
 }
 
 impl Flight {
@@ -301,7 +309,10 @@ impl Flight {
     /// Returns whether the picture shows the chosen style: the previous picture stays until everything for the new one
     /// is built.
     fn shows_chosen_style(&self) -> bool {
-        self.renderer.as_ref().is_some_and(|renderer| renderer.shows(self.style()))
+        self.renderer.as_ref().is_some_and(|renderer| match &self.last.style {
+            Some((chosen, drawn)) => chosen == self.style() && renderer.shows(drawn),
+            None => renderer.shows(self.style()),
+        })
     }
 
     fn style(&self) -> &Style {
@@ -327,15 +338,25 @@ impl Flight {
         self.take_place();
         self.take_picked_layer(now);
         self.take_viewed_picture();
-        while let Some(times) = self.renderer.as_mut().and_then(Renderer::take_times) {
-            self.pass_times.add(times);
+        let cpu = self.renderer.as_ref().map(Renderer::cpu).unwrap_or_default();
+        // Submitting to a software driver is the work of its passes.
+        let submit_ms = if self.gpu.is_software() { 0.0 } else { cpu.submit_ms };
+        let cpu_ms = self.last.prepared.prepare_ms + cpu.record_ms + submit_ms;
+        let now_s = (now - self.begun).as_secs_f64();
+        while let Some((tag, times)) = self.renderer.as_mut().and_then(Renderer::take_tagged_times) {
+            if let Some(frame) = times.first().filter(|time| time.name == FRAME) {
+                self.stale |= self.ladder.record(tag, now_s, frame.gpu_ms, cpu_ms);
+            }
+            if times.len() > 1 {
+                self.pass_times.add(times);
+            }
         }
     }
 
     /// Prints the frame times, for `--frames`.
     fn report(&self) -> Result<(), FileError> {
         let [p50_ms, p95_ms] = [0.5, 0.95].map(|part| self.frame_times.quantile_ms(part).unwrap_or(f64::NAN));
-        let [width, height] = self.settings.picture_px(self.screen.size_px());
+        let [width, height] = self.last.picture_px;
         let mut text = format!(
             "{width}x{height} {}: frame p50 {p50_ms:.2} ms, p95 {p95_ms:.2} ms, {:.1} frames per second",
             self.style().name,
@@ -343,6 +364,9 @@ impl Flight {
         );
         for pass in self.pass_times.passes() {
             text += &format!("\n  {}: {:.3} ms", pass.name, pass.gpu_ms);
+        }
+        if let Some(line) = self.ladder.report() {
+            text += &format!("\n  {line}");
         }
         standard::print(&text)
     }

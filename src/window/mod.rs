@@ -39,6 +39,7 @@ mod pictures;
 mod place_picking;
 mod places;
 mod probe;
+pub(crate) mod quality;
 mod questions;
 pub(crate) mod remembered;
 mod reopening;
@@ -59,11 +60,13 @@ use glam::{DVec2, DVec3};
 use winit::event_loop::EventLoop;
 
 use self::land_panel::LandPanel;
+use self::quality::Quality;
 use self::remembered::Remembered;
 use crate::file::FileError;
 use crate::frame::{Antialias, Light};
 use crate::gpu::device::AdapterWish;
 use crate::gpu::{Gpu, GpuError};
+use crate::measure::quality::Front;
 use crate::picture::imprint::More;
 use crate::pyramid::TileStore;
 use crate::scene::camera::Camera;
@@ -199,6 +202,10 @@ pub(crate) struct FlightOptions {
     pub path: Option<String>,
     /// Initial size of the window.
     pub size_px: [u32; 2],
+    /// Initial quality.
+    pub quality: Quality,
+    /// The measured front that is used for its style.
+    pub front: Option<Front>,
     /// Initial smoothing of edges.
     pub antialias: Antialias,
     /// The GPU to use.

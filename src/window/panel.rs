@@ -11,10 +11,12 @@ use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, SPEED_FACTORS};
 use super::keys;
 use super::land_panel::LandPanel;
 use super::light::{LightPanel, LightRequests};
+use super::quality::Quality;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
 use crate::frame::Antialias;
 use crate::lines::strokes::StrokeNumbers;
+use crate::measure::quality::Level;
 use crate::scene::stereo::Eyes;
 
 /// Height of the plot of frame times in points.
@@ -32,6 +34,8 @@ pub(super) struct PanelStats<'a> {
     pub adapter: &'a str,
     /// Size of one eye's picture.
     pub picture_px: [u32; 2],
+    /// What the quality gives up, or why it has no effect.
+    pub quality: Option<&'a str>,
     /// Times from frame to frame.
     pub frame_times: &'a FrameTimes,
     /// GPU times by pass.
@@ -252,6 +256,7 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
             ui.label(RichText::new(format!("{}×{}", stats.picture_px[0], stats.picture_px[1])).weak());
         });
     });
+    quality(ui, stats, settings);
     let mut is_smooth = settings.antialias == Antialias::Temporal;
     let hint = "Temporal anti-aliasing: the mean of consecutive frames (--antialias)";
     labelled(ui, "Smooth edges", hint, egui::Checkbox::new(&mut is_smooth, ""));
@@ -259,6 +264,34 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
     eyes(ui, settings);
     let slider = steady_slider(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
     labelled(ui, "Terrain error", "Largest error of the drawn terrain, in pixels (--lod-error)", slider);
+}
+
+/// Adds the choice of the quality, and what it gives up.
+fn quality(ui: &mut Ui, stats: &PanelStats<'_>, settings: &mut Settings) {
+    let budget_ms = if let Quality::Budget(ms) = settings.quality { ms } else { Quality::BUDGET_MS };
+    let levels = Level::ALL.map(Quality::Level);
+    let choices = [Quality::AsSet].into_iter().chain(levels).chain([Quality::Budget(budget_ms)]);
+    ui.horizontal(|ui| {
+        let hint = "Measured settings of the style, from fast to exact (--quality), or those that hold a frame time \
+                    (--budget)";
+        ui.label(RichText::new("Quality").weak()).on_hover_text(hint);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let shown =
+                egui::ComboBox::from_id_salt("quality").selected_text(settings.quality.name()).show_ui(ui, |ui| {
+                    for choice in choices {
+                        ui.selectable_value(&mut settings.quality, choice, choice.name());
+                    }
+                });
+            named(ui, shown.response.id, "Quality");
+        });
+    });
+    if let Quality::Budget(ms) = &mut settings.quality {
+        let slider = steady_slider(ms, 2.0..=1000.0).logarithmic(true).suffix(" ms").max_decimals(1);
+        labelled(ui, "Frame time", "Largest time of a frame on the GPU, in milliseconds (--budget)", slider);
+    }
+    if let Some(words) = stats.quality {
+        ui.add(egui::Label::new(RichText::new(words).weak()).wrap());
+    }
 }
 
 /// Adds the controls for eyes and stereo pair.

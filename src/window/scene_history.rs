@@ -7,6 +7,7 @@
 #[cfg(test)]
 mod tests;
 
+use super::quality::Quality;
 use super::settings::{SCALES, Settings};
 use crate::frame::Antialias;
 use crate::studio::history::{StepName, next_turn};
@@ -27,13 +28,14 @@ pub(super) enum SceneValue {
     TerrainError,
     Antialias,
     Resolution,
+    Quality,
     Eyes,
     EyeDistance,
     Convergence,
 }
 
 impl SceneValue {
-    const ALL: [Self; 13] = [
+    const ALL: [Self; 14] = [
         Self::Sun,
         Self::Haze,
         Self::Focus,
@@ -44,6 +46,7 @@ impl SceneValue {
         Self::TerrainError,
         Self::Antialias,
         Self::Resolution,
+        Self::Quality,
         Self::Eyes,
         Self::EyeDistance,
         Self::Convergence,
@@ -62,6 +65,7 @@ impl SceneValue {
             Self::TerrainError => a.lod_error_px == b.lod_error_px,
             Self::Antialias => a.antialias == b.antialias,
             Self::Resolution => a.scale == b.scale,
+            Self::Quality => a.quality == b.quality,
             Self::Eyes => a.eyes == b.eyes,
             // A distance that follows the land is not the user's.
             Self::EyeDistance => a.follows_land == b.follows_land && (a.follows_land || a.pair.ipd_m == b.pair.ipd_m),
@@ -81,6 +85,7 @@ impl SceneValue {
             Self::TerrainError => to.lod_error_px = from.lod_error_px,
             Self::Antialias => to.antialias = from.antialias,
             Self::Resolution => to.scale = from.scale,
+            Self::Quality => to.quality = from.quality,
             Self::Eyes => to.eyes = from.eyes,
             Self::EyeDistance => (to.follows_land, to.pair.ipd_m) = (from.follows_land, from.pair.ipd_m),
             Self::Convergence => to.pair.convergence_m = from.pair.convergence_m,
@@ -116,6 +121,10 @@ impl SceneValue {
             Self::Antialias if settings.antialias == Antialias::None => "No smooth edges".to_owned(),
             Self::Antialias => "Smooth edges".to_owned(),
             Self::Resolution => format!("Resolution {}", SCALES[settings.scale]),
+            Self::Quality => match settings.quality {
+                Quality::Budget(ms) => format!("Frame time {} ms", rounded(ms, 1)),
+                quality => format!("Quality: {}", quality.name()),
+            },
             Self::Eyes => format!("Eyes: {}", settings.eyes),
             Self::EyeDistance if settings.follows_land => "Auto eye distance".to_owned(),
             Self::EyeDistance => format!("Eye distance {} m", rounded(settings.pair.ipd_m, 3)),
@@ -207,6 +216,7 @@ impl SceneHistory {
         let Settings {
             style: _,
             scale: _,
+            quality: _,
             antialias: _,
             lod_error_px: _,
             sun: _,

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::quality::Quality;
 use crate::frame::Antialias;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, Pair};
 use crate::scene::view::{Rig, View};
@@ -26,6 +27,8 @@ pub(super) struct Settings {
     pub scale: usize,
     /// Smoothing of edges.
     pub antialias: Antialias,
+    /// How exactly the picture is drawn, within the other settings.
+    pub quality: Quality,
     /// Largest error of the drawn surface.
     pub lod_error_px: f64,
     /// Position of the sun.
@@ -58,7 +61,17 @@ impl Settings {
 
     /// Returns the size of one eye's picture in a window of `window_px`.
     pub(super) fn picture_px(&self, window_px: [u32; 2]) -> [u32; 2] {
-        self.eye_px(window_px).map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
+        self.scaled_px(window_px, self.scale())
+    }
+
+    /// Returns the size of one eye's picture that is `scale` times as large as it is in a window of `window_px`.
+    pub(super) fn scaled_px(&self, window_px: [u32; 2], scale: f64) -> [u32; 2] {
+        self.eye_px(window_px).map(|side| ((f64::from(side) * scale).round() as u32).max(1))
+    }
+
+    /// Returns the pixels of the picture per pixel of the window, in each direction.
+    pub(super) fn scale(&self) -> f64 {
+        SCALES[self.scale]
     }
 
     /// Returns the samples per pixel of a screenshot.
@@ -214,6 +227,7 @@ pub(super) mod tests {
         Settings {
             style,
             scale,
+            quality: Quality::AsSet,
             antialias,
             lod_error_px,
             sun,

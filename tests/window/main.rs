@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 mod again;
+mod budget;
 mod display;
 mod drawn;
 mod drop;

@@ -6,12 +6,11 @@ use super::BenchArgs;
 use super::style_run::StyleRun;
 use super::sweep::Variant;
 use crate::commands::misuse::Misuse;
-use crate::commands::quality_args::Setting;
 use crate::governor::{Frame, Governor, Step};
 use crate::measure::governed::{GovernedRun, GovernedStep, SettingChange};
 use crate::measure::quality::{Front, Level, Point};
+use crate::measure::setting::Setting;
 use crate::measure::statistics::FrameRecord;
-use crate::measure::trade::SCALE;
 
 /// The governor of a run, and the settings between which it chooses.
 pub(super) struct Governed {
@@ -72,6 +71,12 @@ impl Governed {
         &self.variants[self.governor.step()]
     }
 
+    /// Returns the size of the largest pictures, in pixels.
+    pub(super) fn largest_px(&self) -> [u32; 2] {
+        let sides = |axis: usize| self.variants.iter().map(move |variant| variant.size_px[axis]);
+        [0, 1].map(|axis| sides(axis).max().unwrap_or(1))
+    }
+
     /// Takes a frame that was drawn; returns whether the setting changes.
     fn record(&mut self, record: &FrameRecord) -> bool {
         let (Some(frame_ms), Some(at_s)) = (record.frame_ms, record.wall_s) else { return false };
@@ -111,7 +116,7 @@ impl Governed {
 /// Returns whether temporal strokes restart where the setting changes from one point to another.
 fn restarts(a: &Point, b: &Point) -> bool {
     let keys = a.set.keys().chain(b.set.keys());
-    keys.filter(|key| a.set.get(*key) != b.set.get(*key)).any(|key| key == SCALE || key.starts_with("strokes."))
+    keys.filter(|key| a.set.get(*key) != b.set.get(*key)).any(|key| key.starts_with("strokes."))
 }
 
 impl StyleRun {

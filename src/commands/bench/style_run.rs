@@ -132,6 +132,8 @@ impl StyleRun {
     /// Lets a governor choose the settings, from its first one.
     pub(super) fn set_governed(&mut self, governed: Option<Governed>) {
         if let Some(governed) = &governed {
+            // Strokes continue when the size changes, and no textures are made.
+            self.renderer.set_room(Some(governed.largest_px()));
             self.take_setting(governed.variant().clone());
         }
         self.governed = governed;

@@ -8,8 +8,9 @@ use anyhow::bail;
 use super::BenchArgs;
 use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
-use crate::commands::quality_args::{Setting, Use};
+use crate::commands::quality_args::Use;
 use crate::frame::Antialias;
+use crate::measure::setting::Setting;
 use crate::style::set::SetValue;
 use crate::style::{Layer, Style};
 
@@ -107,9 +108,11 @@ impl Variant {
         Ok(variant.with_setting(setting))
     }
 
-    /// Returns it with what a setting changes, apart from parameters of the style.
+    /// Returns it with what a setting changes, apart from parameters of the style. With another render scale, lengths of
+    /// the style are scaled too, so that the picture is the same drawing.
     fn with_setting(mut self, setting: &Setting) -> Self {
         let scale = setting.scale.unwrap_or(1.0);
+        self.style = self.style.scaled(scale);
         self.size_px = self.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
         self.lod_error_px = setting.lod_error_px.unwrap_or(self.lod_error_px);
         self.antialias = setting.antialias.unwrap_or(self.antialias);
@@ -134,10 +137,9 @@ impl Variant {
     fn with(args: &BenchArgs, name: &str, pairs: &[(&str, &str)]) -> anyhow::Result<Self> {
         let setting = Setting::of(pairs.iter().copied());
         let setting = setting.map_err(|error| Misuse(format!("--sweep {error}")))?;
-        let mut variant = Self::as_it_is(args, name)?.with_setting(&setting);
-        let values = setting.values;
+        let style = arguments::style_with("--sweep", name, &setting.values)?;
+        let mut variant = Self { style, ..Self::as_it_is(args, name)? }.with_setting(&setting);
         let words: Vec<String> = pairs.iter().map(|(key, text)| format!("{key}={text}")).collect();
-        variant.style = arguments::style_with("--sweep", name, &values)?;
         variant.style.name = format!("{} {}", variant.style.name, words.join(" "));
         variant.setting = pairs.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect();
         Ok(variant)

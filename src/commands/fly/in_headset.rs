@@ -21,6 +21,9 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
             Misuse("--vr: the headset determines the eyes; leave out --eyes, --ipd and --convergence".into()).into()
         );
     }
+    if args.quality.quality.is_some() || args.quality.front.is_some() {
+        return Err(Misuse("--quality: applies to a window; with --vr it has no effect yet".into()).into());
+    }
     // Report errors before the world is baked.
     let style = args.style.as_deref().unwrap_or(super::STYLE);
     arguments::style(style)?;

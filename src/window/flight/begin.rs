@@ -34,6 +34,7 @@ use crate::window::opening::Parts;
 use crate::window::picture_viewer::PictureViewer;
 use crate::window::pictures::Pictures;
 use crate::window::places::Places;
+use crate::window::quality::Ladder;
 use crate::window::questions::Questions;
 use crate::window::scene_history::SceneHistory;
 use crate::window::settings::{Settings, Styles};
@@ -59,6 +60,7 @@ impl Flight {
             style,
             scale: 0,
             antialias: options.antialias,
+            quality: options.quality,
             lod_error_px: world.surfaces.terrain.options().lod_error_px,
             sun: world.sun,
             haze_m: world.light.haze_m,
@@ -75,7 +77,8 @@ impl Flight {
         let size = store.levels()[0];
         let earth = EarthPlace::of_grid(store.georeference(), size.width, size.height);
         let (pose, pair, prepared) = (start.pose(), options.pair, Prepared::default());
-        let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0 };
+        let picture_px = settings.picture_px(screen.size_px());
+        let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0, style: None, picture_px };
         window.set_title(&format!("{} — hachure", world.name));
         // An event loop that has ended needs no waking.
         let [of_pictures, of_files] = [proxy.clone(), proxy.clone()];
@@ -126,6 +129,7 @@ impl Flight {
             inspector: Inspector::default(),
             viewer: PictureViewer::new(),
             traffic: Traffic::default(),
+            ladder: Ladder::with_front(options.front.clone()),
             welcomes: !options.remembered.is_welcomed && options.frames.is_none(),
             remembered: options.remembered.clone(),
             gallery: Gallery::default(),

@@ -17,6 +17,8 @@ pub(super) struct Compared {
     pub divider: Divider,
     renderer: Option<Renderer>,
     style: Style,
+    /// The style at the resolution of the picture.
+    drawn: Style,
     of: LeftOf,
 }
 
@@ -31,7 +33,7 @@ impl Compared {
 
     /// Returns whether the left style is drawn.
     pub(super) fn is_ready(&self) -> bool {
-        self.renderer.as_ref().is_some_and(|renderer| renderer.shows(&self.style))
+        self.renderer.as_ref().is_some_and(|renderer| renderer.shows(&self.drawn))
     }
 
     /// Returns whether the left picture is still changing.
@@ -95,7 +97,8 @@ impl Flight {
             _ => Left::Saved,
         };
         let style = self.left_style(left);
-        self.divided = Some(Compared { divider: Divider::new(left), renderer: None, style, of: self.kind_of(left) });
+        let (drawn, of) = (style.clone(), self.kind_of(left));
+        self.divided = Some(Compared { divider: Divider::new(left), renderer: None, style, drawn, of });
     }
 
     /// Takes the divider from the panels, or removes it.
@@ -139,7 +142,7 @@ impl Flight {
         rig: &Rig,
         light: &Light,
         step_s: f64,
-        antialias: Antialias,
+        (antialias, scale): (Antialias, f64),
     ) -> Result<(), WindowError> {
         let Some(mut divided) = self.divided.take_if(|_| self.settings.eyes == Eyes::Mono) else { return Ok(()) };
         let left = divided.divider.left;
@@ -158,7 +161,8 @@ impl Flight {
         renderer.set_step_s(step_s);
         renderer.set_antialias(antialias);
         renderer.set_builds(Builds::InBackground);
-        renderer.render_eyes(&self.gpu, &mut self.world.surfaces, rig, &divided.style, light)?;
+        divided.drawn = divided.style.scaled(scale);
+        renderer.render_eyes(&self.gpu, &mut self.world.surfaces, rig, &divided.drawn, light)?;
         self.divided = Some(divided);
         Ok(())
     }

@@ -64,7 +64,10 @@ impl Flight {
             self.layer_picking.waiting_px = None;
             return;
         };
-        let Some(renderer) = self.renderer.as_ref().filter(|renderer| renderer.shows(self.style())) else { return };
+        let Some(renderer) = self.renderer.as_ref().filter(|renderer| self.shows_chosen_style() && renderer.drew())
+        else {
+            return;
+        };
         let Some(distance) = renderer.eye_target(eye, &DISTANCE) else { return };
         let style = self.style();
         let ink_picture = |ink: crate::style::layers::StyleInk| {

@@ -58,9 +58,11 @@ impl Flight {
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
+        let quality = self.ladder.words();
         let stats = PanelStats {
             adapter: &self.adapter,
-            picture_px: self.settings.picture_px(self.screen.size_px()),
+            picture_px: self.last.picture_px,
+            quality: quality.as_deref(),
             frame_times: &self.frame_times,
             pass_times: &self.pass_times,
             triangles: prepared.selection.triangles(),

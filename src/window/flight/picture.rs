@@ -14,6 +14,7 @@ use crate::scene::view::{Clock, View};
 use crate::window::WindowError;
 use crate::window::dock::Pane;
 use crate::window::overlay::Painted;
+use crate::window::quality::Quality;
 
 impl Flight {
     /// Renders the picture of the present view and settings.
@@ -21,23 +22,42 @@ impl Flight {
     /// # Errors
     /// Fails if the GPU fails.
     pub(super) fn render_picture(&mut self, step_s: f64) -> Result<(), WindowError> {
-        let picture_px = self.settings.picture_px(self.screen.size_px());
+        let window_px = self.screen.size_px();
+        let chosen = self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style]);
+        self.ladder.follow(&chosen.name, self.settings.quality);
+        let setting = self.ladder.setting().cloned().unwrap_or_default();
+        let scale = self.settings.scale().min(setting.scale.unwrap_or(1.0));
+        let picture_px = self.settings.scaled_px(window_px, scale);
+        let antialias = self.ladder.antialias().unwrap_or(self.settings.antialias);
         let light = self.light();
         let pose = self.camera.pose();
         // An estimate without readback: `Surfaces::nearest_m` is at most half the height above the ground.
         let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
         self.eyes_move = self.settings.follow_land(nearest_m, step_s);
-        let style = self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style]);
+        let (is_governed, tag) = (self.ladder.is_governed(), self.ladder.tag());
+        let style = &*self.ladder.applied(chosen, scale);
+        self.last.style = (style != chosen).then(|| (chosen.clone(), style.clone()));
         let renderer = Renderer::or_new(&mut self.renderer, &self.gpu)?;
         let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
         let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);
-        self.world.surfaces.terrain.set_lod_error_px(self.settings.lod_error_px);
+        let lod_error_px = match (setting.lod_error_px, self.settings.quality) {
+            (Some(level_px), Quality::Level(_)) => level_px,
+            (given_up_px, _) => given_up_px.unwrap_or(0.0).max(self.settings.lod_error_px),
+        };
+        self.world.surfaces.terrain.set_lod_error_px(lod_error_px);
         renderer.set_step_s(step_s);
-        renderer.set_antialias(self.settings.antialias);
+        renderer.set_antialias(antialias);
+        // The governor changes the size of pictures from frame to frame.
+        renderer.set_room(is_governed.then(|| self.settings.picture_px(window_px)));
+        renderer.set_frame_tag(tag);
         // A window never waits for a compiler.
         renderer.set_builds(Builds::InBackground);
         let measures = self.dock.is_shown(Pane::Flight) || self.dock.is_shown(Pane::Cost);
-        renderer.set_submits(if measures { Submits::Timed } else { Submits::Whole });
+        renderer.set_submits(match (measures, is_governed) {
+            (true, _) => Submits::Timed,
+            (false, true) => Submits::Framed,
+            (false, false) => Submits::Whole,
+        });
         let now = Instant::now();
         let traces = self.dock.is_shown(Pane::Cost) && self.traffic.is_due(&style.name, now);
         renderer.set_traces(traces);
@@ -45,13 +65,14 @@ impl Flight {
         if traces {
             self.traffic.count(renderer.trace(), &style.name, now);
         }
-        self.render_left(&rig, &light, step_s, self.settings.antialias)?;
+        self.render_left(&rig, &light, step_s, (antialias, scale))?;
         self.navigation.drew(&rig.eyes);
         if let Some(renderer) = &self.renderer {
             self.stroke_numbers.request(&self.gpu, renderer.strokes());
         }
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
+        self.last.picture_px = picture_px;
         self.last.time_s = clock.now_s;
         self.last.pair = self.settings.pair;
         self.last.prepared = prepared;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use winit::event::WindowEvent;
 
 use super::compare::Compared;
-use super::{Flight, LastPicture, TOAST, ground_m};
+use super::{Flight, TOAST, ground_m};
 use crate::file::message::named;
 use crate::picture::imprint::More;
 use crate::scene::overrides::Overrides;
@@ -236,7 +236,9 @@ impl Flight {
         }
         self.camera_history = CameraHistory::new(self.start.exact(), Instant::now());
         let pose = self.start.pose();
-        self.last = LastPicture { pose, prepared: Prepared::default(), tiles_loaded: 0, ..self.last };
+        self.last.pose = pose;
+        self.last.prepared = Prepared::default();
+        self.last.tiles_loaded = 0;
         self.window.set_title(&format!("{} — hachure", world.name));
         self.say(About::File, format!("Opened {}", world.name), TOAST);
         self.world = world;

@@ -40,6 +40,7 @@ fn stats(strokes: Option<StrokeNumbers>) -> PanelStats<'static> {
     PanelStats {
         adapter: "",
         picture_px: [640, 360],
+        quality: None,
         frame_times: &NO_FRAMES.0,
         pass_times: &NO_FRAMES.1,
         triangles: 0,

@@ -7,11 +7,13 @@ use egui_kittest::{Harness, Node};
 use glam::DVec2;
 
 use super::*;
+use crate::measure::quality::Level;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::{SceneFocus, Sun};
 use crate::studio::document::StyleDocument;
 use crate::window::land_panel::LandPanel;
 use crate::window::light::LightPanel;
+use crate::window::quality::Quality;
 use crate::window::settings::tests::settings;
 
 fn focus() -> SceneFocus {
@@ -24,6 +26,7 @@ fn others() -> Settings {
     Settings {
         style: 5,
         scale: 2,
+        quality: Quality::Level(Level::Draft),
         antialias: Antialias::Temporal,
         lod_error_px: 2.5,
         sun: Sun { azimuth_deg: 120.04, elevation_deg: 35.0 },
@@ -50,6 +53,7 @@ fn every_value_but_the_style_has_a_step_with_a_name() {
         "Convergence 40 m",
         "Auto eye distance",
         "Eyes: side-by-side",
+        "Quality: draft",
         "Resolution 0.5",
         "Smooth edges",
         "Terrain error 2.5 px",

@@ -1,0 +1,100 @@
+//! The page `docs/trades.md`: the measured fronts of presets, and their plots.
+//!
+//! `HACHURE_REWRITE=1 cargo test --release --lib trade_page` rewrites the page and the plots.
+
+use std::fmt::Write;
+
+use super::quality::{Front, Level, Point};
+use super::setting::FRONTS;
+use super::trade;
+use super::trade_plot::{Plotted, drawing};
+
+const HEAD: &str = "# Measured trades\n\n\
+    What each preset costs at the settings of its measured front, and how exact it is there: the numbers behind \
+    `--quality` and `--budget` ([guide](guide/benchmarks.md#speed-against-exactness), \
+    [why](decisions/speed-against-exactness.md)). Errors are those against a converged reference of the same style: 16 \
+    samples, an allowed error of the land of 0.1 px, exact options. A line is lost if the reference has it and the \
+    drawing has none within 1.5 px, and added if it is the other way round.\n\n\
+    The cost is relative to the style as it is. On a software driver it is the memory that a frame moves, which is the \
+    same on every GPU; times there are not.\n";
+
+fn page() -> String {
+    let mut page = HEAD.to_owned();
+    for (name, text) in FRONTS {
+        let front = Front::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let [width, height] = front.size;
+        write!(page, "\n## {name}\n\n![Cost and error of {name}](pictures/{})\n\n", picture(name)).ok();
+        writeln!(page, "{width} × {height}, {}. {}\n", front.adapter, front.measured).ok();
+        writeln!(
+            page,
+            "| level | setting | {} | relative | lines lost % | lines added % | tone error % | surface px |",
+            front.cost
+        )
+        .ok();
+        page += "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n";
+        front.points.iter().for_each(|point| page += &row(point));
+    }
+    page
+}
+
+fn picture(name: &str) -> String {
+    format!("trade-{name}.svg")
+}
+
+fn row(point: &Point) -> String {
+    let levels: Vec<&str> =
+        Level::ALL.into_iter().filter(|level| point.levels.contains(level)).map(Level::name).collect();
+    let set: Vec<String> = point.set.iter().map(|(key, text)| format!("`{key}={text}`")).collect();
+    let error =
+        |key: &str, digits: usize| point.errors.get(key).map_or("–".to_owned(), |error| format!("{error:.digits$}"));
+    format!(
+        "| {} | {} | {:.3} | {:.2} | {} | {} | {} | {} |\n",
+        levels.join(", "),
+        if set.is_empty() { "as it is".to_owned() } else { set.join(" ") },
+        point.cost,
+        point.cost_ratio,
+        error(trade::LINES_LOST, 1),
+        error("lines_added_percent", 1),
+        error(trade::TONE_ERROR, 2),
+        error("surface_error_px", 2),
+    )
+}
+
+/// Returns the plot of a front as an SVG file.
+fn plot(front: &Front) -> String {
+    let key = if front.points.iter().any(|point| point.errors.contains_key(trade::LINES_LOST)) {
+        trade::LINES_LOST
+    } else {
+        trade::TONE_ERROR
+    };
+    let name = if key == trade::LINES_LOST { "lines lost, %" } else { "tone error, %" };
+    let point = |point: &Point| {
+        let words: Vec<String> = point.set.iter().map(|(key, text)| format!("{key}={text}")).collect();
+        Some(Plotted { at: [point.cost, *point.errors.get(key)?], is_on_front: true, words: words.join(" ") })
+    };
+    let points: Vec<Plotted> = front.points.iter().filter_map(point).collect();
+    let style = "<style>text { font: 12px sans-serif; fill: #555 } .rule { stroke: #ddd }</style>\n<rect width=\"100%\" \
+                 height=\"100%\" fill=\"#fff\"/>\n";
+    drawing(&points, &front.cost, name).replacen('\n', &format!("\n{style}"), 1)
+}
+
+#[test]
+#[allow(clippy::disallowed_methods, reason = "the page and the plots are files under version control")]
+fn the_page_is_that_of_the_fronts() {
+    let docs = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let mut files = vec![(docs.join("trades.md"), page())];
+    for (name, text) in FRONTS {
+        let front = Front::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert!(front.points.iter().all(|point| page().contains(&row(point))));
+        files.push((docs.join("pictures").join(picture(name)), plot(&front)));
+    }
+    for (path, text) in files {
+        if std::env::var("HACHURE_REWRITE").is_ok_and(|value| value == "1") {
+            std::fs::write(&path, &text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        }
+        let known = std::fs::read_to_string(&path).unwrap_or_default();
+        assert!(known == text, "{}: HACHURE_REWRITE=1 rewrites it", path.display());
+        // Planted: another number is another page.
+        assert!(known.replacen('1', "2", 1) != text);
+    }
+}
