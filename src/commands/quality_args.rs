@@ -20,7 +20,7 @@ pub(crate) struct QualityArgs {
     /// measurements; --front names those of other styles
     #[arg(long, value_name = "LEVEL", value_enum)]
     pub quality: Option<Level>,
-    /// The measured settings for --quality (and for --budget of bench): a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
+    /// The measured settings for --quality (and for --budget): a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
     /// preset]
     #[arg(long, value_name = "FILE")]
     pub front: Option<PathBuf>,

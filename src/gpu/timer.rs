@@ -85,7 +85,7 @@ impl Timer {
     pub fn take(&mut self) -> Option<(u64, Vec<PassTime>)> {
         if self.is_software {
             let times = self.finished_times.take()?;
-            return Some((self.tags.drain(..).last().unwrap_or_default(), times));
+            return Some((self.tags.drain(..).next_back().unwrap_or_default(), times));
         }
         let results = self.profiler.process_finished_frame(self.period_ns)?;
         let tag = self.tags.pop_front().unwrap_or_default();

@@ -16,6 +16,9 @@ use crate::window::dock::Pane;
 use crate::window::overlay::Painted;
 use crate::window::quality::Quality;
 
+/// Allowed error of the land of a flight for which none is given, in pixels.
+const DEFAULT_LOD_ERROR_PX: f64 = 1.0;
+
 impl Flight {
     /// Renders the picture of the present view and settings.
     ///
@@ -41,7 +44,8 @@ impl Flight {
         let clock = Clock { now_s: self.begun.elapsed().as_secs_f64(), before_s: self.last.time_s };
         let rig = self.settings.rig(&View::whole(self.last.pose, pose, picture_px).at(clock), &self.last.pair);
         let lod_error_px = match (setting.lod_error_px, self.settings.quality) {
-            (Some(level_px), Quality::Level(_)) => level_px,
+            // Another error than the default one was set by the user.
+            (Some(level_px), Quality::Level(_)) if self.settings.lod_error_px == DEFAULT_LOD_ERROR_PX => level_px,
             (given_up_px, _) => given_up_px.unwrap_or(0.0).max(self.settings.lod_error_px),
         };
         self.world.surfaces.terrain.set_lod_error_px(lod_error_px);
