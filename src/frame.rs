@@ -382,6 +382,16 @@ impl Renderer {
         error.map_or(Ok(()), |error| Err(GpuError::Shader(error)))
     }
 
+    /// Notes a frame of a style for what has a history of its own, and releases it if no style has needed it for a while.
+    fn skip_unused(&mut self, style: &Style) {
+        if style.rows().is_none() {
+            self.rows.skip();
+        }
+        if style.water().is_none() {
+            self.dry.skip();
+        }
+    }
+
     /// Records and submits a frame. Returns `false`, and submits nothing, if a pipeline or a cached value is still
     /// being built.
     fn record(
@@ -407,6 +417,7 @@ impl Renderer {
         let begun = Instant::now();
         let water_maps = style.water().and_then(|_| world.terrain.water_maps_in_view());
         let is_dry = water_maps.as_ref().is_some_and(|maps| self.dry.is_dry(maps));
+        self.skip_unused(style);
         let strokes_settle = self.has_settling_strokes();
         let light = &seen_light(world, rig, style, light);
         let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());

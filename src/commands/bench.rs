@@ -12,6 +12,8 @@ mod again;
 mod against_reference;
 mod built_in_suites;
 mod governed;
+#[cfg(test)]
+mod noise_tests;
 mod pairs;
 mod passes;
 pub(crate) mod portable;

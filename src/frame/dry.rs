@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 use crate::gpu::Gpu;
 use crate::gpu::async_readback::AsyncReadback;
 use crate::gpu::buffer::Buffer;
+use crate::gpu::pools::KEEP_FRAMES;
 use crate::gpu::wgsl::surface::lakes::seen::FIRST_FLAG;
 use crate::tiles::slot_maps::MapInView;
 
@@ -22,14 +23,26 @@ pub(super) struct DryViews {
     requested: VecDeque<Vec<MapInView>>,
     /// For each slot, the content of its map when it was last examined, and whether it had water.
     known: FxHashMap<u32, (u64, bool)>,
+    /// Number of successive frames, up to the last, whose style has no water.
+    frames_without_water: u64,
     /// A planted error: every view counts as dry.
     #[cfg(test)]
     pub(super) assumed: bool,
 }
 
 impl DryViews {
+    /// Notes a frame whose style has no water. After some of them, releases the buffers of the readback.
+    pub(super) fn skip(&mut self) {
+        self.frames_without_water += 1;
+        if self.frames_without_water > KEEP_FRAMES {
+            self.readback = None;
+            self.requested.clear();
+        }
+    }
+
     /// Returns whether all maps of a view are known to have no water.
     pub(super) fn is_dry(&mut self, maps: &[MapInView]) -> bool {
+        self.frames_without_water = 0;
         while let Some(bytes) = self.readback.as_mut().and_then(|(readback, _)| readback.take()) {
             let words: Vec<u32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
             self.learn(&words);

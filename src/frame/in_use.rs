@@ -8,7 +8,7 @@
 
 use super::Renderer;
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::trace::{PassTrace, Traced};
+use crate::gpu::trace::{ATLASES, PassTrace, Traced};
 use crate::gpu::wgsl::shared::rows::MAX_CANDIDATES;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::lines::strokes::samples::{MAX_SAMPLES, SampleCounts};
@@ -17,8 +17,6 @@ use crate::surface::edges::{EDGE_DRAW, MAX_EDGES};
 use crate::surface::{lakes, rows};
 use crate::world::Surfaces;
 
-/// Atlases, which have a layer for each tile.
-const ATLASES: [&str; 3] = ["height tiles", "horizon maps", "water maps"];
 /// Beginnings of the names of the passes that compute maps.
 const MAP_PASSES: [&str; 2] = ["surface/lakes/", "surface/land/horizons"];
 /// The passes that make candidates in the blocks of rows that a frame builds.
@@ -156,7 +154,7 @@ mod tests {
 
     #[test]
     fn a_list_counts_as_far_as_it_is_filled() {
-        let used = |name, bytes| Traced { name, content: None, texture: None, bytes };
+        let used = |name, bytes| Traced { name, content: None, texture: None, buffer: None, bytes };
         let in_use = InUse {
             edges: 10,
             segments: 6,

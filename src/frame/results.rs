@@ -8,12 +8,14 @@ use crate::gpu::cache_counts::CacheCounts;
 use crate::gpu::finite::NonFinite;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
+use crate::gpu::trace::memory_bytes;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::DrawnStrokes;
 use crate::style::Style;
 use crate::surface::meshes::cull::MeshDraws;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::{meshes, rows};
+use crate::world::Surfaces;
 
 /// Counts of the models that an eye was shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +59,14 @@ impl Renderer {
     /// Returns the GPU memory of the pictures of all eyes, in bytes.
     pub(crate) fn target_bytes(&self) -> u64 {
         self.eyes.iter().map(|eye| eye.targets.bytes()).sum()
+    }
+
+    /// Returns the memory that the last frame needs, in bytes, if it was traced: the pictures and buffers that its passes
+    /// bind, the blocks of rows of hachures, and the maps of tiles that shadows and water require. The tiles of the land
+    /// do not count, because they are the same in all styles.
+    pub(crate) fn drawing_bytes(&self, world: &Surfaces) -> Option<u64> {
+        let trace = self.trace.as_ref().filter(|trace| !trace.is_empty())?;
+        Some(memory_bytes(trace) + self.rows.bytes() + world.terrain.map_bytes())
     }
 
     /// Reads back how many models the last frame drew, and for how many it had no room. Returns `None` if no recent
@@ -220,14 +230,26 @@ impl Renderer {
     ///
     /// # Errors
     /// Those of [`Renderer::drawn_vertices`].
-    pub(crate) fn drawn_mesh_vertices(
-        &self,
-        gpu: &Gpu,
-        world: &crate::world::Surfaces,
-    ) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+    pub(crate) fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
         let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
             return Ok(None);
         };
         crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.room().vertices as usize).map(Some)
+    }
+}
+
+#[cfg(test)]
+impl Renderer {
+    /// Lets `frames` frames of a style pass that request nothing, so that what the frames before them did not use for long
+    /// is released. `view` is that of the last frame.
+    pub(crate) fn pass_frames(&mut self, gpu: &Gpu, view: &crate::scene::view::View, style: &Style, frames: u64) {
+        for _ in 0..frames {
+            for eye in &mut self.eyes {
+                eye.begin_frame(gpu, view, style).unwrap_or_else(|error| panic!("{error}"));
+            }
+            self.skip_unused(style);
+            self.pools.end_frame();
+            gpu.cache().end_frame();
+        }
     }
 }

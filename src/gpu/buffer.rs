@@ -14,6 +14,9 @@ use super::bind::Resource;
 use super::cache_counts::CacheCounts;
 use super::pools::KEEP_FRAMES;
 
+/// Least size of a buffer, in bytes.
+const LEAST_BYTES: u64 = 16;
+
 /// A buffer on the GPU, or a part of one.
 #[derive(Clone, Debug)]
 pub struct Buffer {
@@ -31,7 +34,7 @@ impl Buffer {
     /// Creates a buffer of `bytes` bytes that can be copied to and from, and so read back.
     pub fn new(gpu: &Gpu, kind: &BufferKind, bytes: u64) -> Self {
         let usage = kind.usage | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
-        Self { name: kind.name, raw: create(gpu, kind.name, usage, bytes.max(16)), offset: 0, size: None }
+        Self { name: kind.name, raw: create(gpu, kind.name, usage, bytes.max(LEAST_BYTES)), offset: 0, size: None }
     }
 
     /// Creates a buffer that holds `content`.
@@ -83,8 +86,13 @@ impl BufferKind {
 #[derive(Default)]
 struct Shelf {
     scratch: Option<Buffer>,
-    /// One buffer for each upload of a frame.
-    uploads: Vec<Buffer>,
+    /// Largest size that was requested of `scratch` since the frame `measured_since`, in bytes.
+    largest_bytes: u64,
+    measured_since: u64,
+    /// Whether `scratch` is larger than all that has been requested for a while: the next request replaces it.
+    is_too_large: bool,
+    /// One buffer for each upload of a frame, with the last frame that used it.
+    uploads: Vec<(Buffer, u64)>,
     /// How many of `uploads` the current frame has used.
     uploads_used: usize,
     /// The last frame that requested the kind.
@@ -101,10 +109,13 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// Returns the buffer of a kind, with at least `bytes` bytes. Its content is lost when it has to grow.
+    /// Returns the buffer of a kind, with at least `bytes` bytes. Its content is lost when it has to grow, and when it is
+    /// replaced by a smaller one, because the last [`KEEP_FRAMES`] frames or more did not need all of it.
     pub fn scratch(&mut self, gpu: &Gpu, kind: &BufferKind, bytes: u64) -> Buffer {
         let shelf = self.shelf(kind);
-        let is_hit = shelf.scratch.as_ref().is_some_and(|buffer| buffer.raw.size() >= bytes);
+        shelf.largest_bytes = shelf.largest_bytes.max(bytes);
+        let is_large_enough = shelf.scratch.as_ref().is_some_and(|buffer| buffer.raw.size() >= bytes);
+        let is_hit = is_large_enough && !std::mem::take(&mut shelf.is_too_large);
         let replaces = !is_hit && shelf.scratch.is_some();
         if !is_hit {
             shelf.scratch = None;
@@ -138,15 +149,17 @@ impl Buffers {
         let at = shelf.uploads_used;
         shelf.uploads_used += 1;
         let size = (bytes.len() as u64).next_power_of_two().max(256);
-        let is_hit = shelf.uploads.get(at).is_some_and(|known| known.raw.size() >= bytes.len() as u64);
+        let used_in = shelf.used_in;
+        let is_hit = shelf.uploads.get(at).is_some_and(|(known, _)| known.raw.size() >= bytes.len() as u64);
         if !is_hit {
             let made = Buffer::new(gpu, kind, size);
             match shelf.uploads.get_mut(at) {
-                Some(too_small) => *too_small = made,
-                None => shelf.uploads.push(made),
+                Some((too_small, _)) => *too_small = made,
+                None => shelf.uploads.push((made, used_in)),
             }
         }
-        let buffer = shelf.uploads[at].clone();
+        shelf.uploads[at].1 = used_in;
+        let buffer = shelf.uploads[at].0.clone();
         self.counts.count(is_hit);
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&buffer.raw, 0, bytes);
@@ -154,19 +167,28 @@ impl Buffers {
         buffer
     }
 
-    /// Drops the buffers that the last [`KEEP_FRAMES`] frames did not request.
+    /// Drops the buffers that the last [`KEEP_FRAMES`] frames did not request, and finds those that are larger than
+    /// these frames needed.
     pub fn end_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
         self.shelves.retain(|_, shelf| shelf.used_in + KEEP_FRAMES > frame);
         for shelf in self.shelves.values_mut() {
             shelf.uploads_used = 0;
+            shelf.uploads.retain(|(_, used_in)| used_in + KEEP_FRAMES > frame);
+            if shelf.measured_since + KEEP_FRAMES <= frame {
+                let is_larger = |buffer: &Buffer| buffer.raw.size() > shelf.largest_bytes.max(LEAST_BYTES);
+                shelf.is_too_large = shelf.largest_bytes > 0 && shelf.scratch.as_ref().is_some_and(is_larger);
+                (shelf.largest_bytes, shelf.measured_since) = (0, frame);
+            }
         }
     }
 
     fn shelf(&mut self, kind: &BufferKind) -> &mut Shelf {
-        let shelf = self.shelves.entry(kind.name).or_default();
-        shelf.used_in = self.frame;
+        let frame = self.frame;
+        let shelf =
+            self.shelves.entry(kind.name).or_insert_with(|| Shelf { measured_since: frame, ..Shelf::default() });
+        shelf.used_in = frame;
         shelf
     }
 }
@@ -210,4 +232,33 @@ impl GrowingBuffer {
 fn create(gpu: &Gpu, label: &str, usage: wgpu::BufferUsages, size: u64) -> wgpu::Buffer {
     gpu.count_object();
     gpu.device.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::common;
+
+    #[test]
+    fn buffers_that_are_too_large_are_replaced() {
+        let Some(gpu) = common::gpu() else { return };
+        let kind = BufferKind::storage("test");
+        let mut buffers = Buffers::default();
+        let mut frames = |count: u64, requests: &[u64], uploads: usize| {
+            let mut largest = 0;
+            for _ in 0..count {
+                for bytes in requests {
+                    largest = buffers.scratch(&gpu, &kind, *bytes).raw.size();
+                }
+                (0..uploads).for_each(|_| _ = buffers.upload(&gpu, &kind, &[0_u32; 8]));
+                buffers.end_frame();
+            }
+            (largest, buffers.shelves[kind.name].uploads.len())
+        };
+        assert_eq!(frames(1, &[1 << 16], 3), (1 << 16, 3));
+        assert_eq!(frames(KEEP_FRAMES - 2, &[1 << 8], 1), (1 << 16, 3));
+        assert_eq!(frames(KEEP_FRAMES + 4, &[1 << 8], 1), (1 << 8, 1));
+        // Planted: a frame that needs both sizes retains the larger one.
+        assert_eq!(frames(2 * KEEP_FRAMES + 4, &[1 << 16, 1 << 8], 2), (1 << 16, 2));
+    }
 }

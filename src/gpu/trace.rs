@@ -6,9 +6,11 @@
 //! - A **pass** is a named shader (`lines/lsa`) with all its runs in a frame. A *run* is one dispatch, or one render pass.
 //! - A **wgpu pass** is a compute pass or a render pass of the API. Dispatches that follow each other share one.
 //! - **Bytes** are the sizes of what passes declare to read and write ([`PassBytes`]).
+//! - **Memory** is what the pictures and buffers that passes bind occupy on the GPU, with the maps of tiles that the style
+//!   requires ([`Renderer::drawing_bytes`](crate::frame::Renderer::drawing_bytes)).
 //! - A **barrier** is a place where work has to wait for earlier work of the frame ([`FrameCounts`]).
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::bind::{Named, Resource};
 use super::reflection::Variable;
@@ -43,7 +45,7 @@ pub enum Work {
 }
 
 /// A picture, buffer or uniform that a pass reads or writes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Traced {
     /// Name of the picture, buffer or uniform.
     pub name: &'static str,
@@ -51,9 +53,47 @@ pub struct Traced {
     pub content: Option<Content>,
     /// The texture of a picture; `None` for a buffer.
     pub texture: Option<wgpu::Texture>,
+    /// The buffer that holds it; `None` for a picture.
+    pub buffer: Option<wgpu::Buffer>,
     /// Size on the GPU, in bytes. When a frame is finished, that of a list is the size that the frame filled, and that of
     /// an atlas the size of the tiles that the view needs (`src/frame/in_use.rs`).
     pub bytes: u64,
+}
+
+/// Buffers of one name and size are one list, such as the pools of a list that has several, and are equal.
+impl PartialEq for Traced {
+    fn eq(&self, other: &Self) -> bool {
+        let of = |used: &Self| (used.name, used.content, used.texture.clone(), used.bytes);
+        of(self) == of(other)
+    }
+}
+
+impl Eq for Traced {}
+
+/// Atlases, which have a layer for each tile of the land.
+pub(crate) const ATLASES: [&str; 3] = ["height tiles", "horizon maps", "water maps"];
+
+/// Buffers of which a frame binds only some.
+const POOLED: [&str; 2] = ["row counts", "row candidates"];
+
+/// Returns the memory of the pictures and buffers that the passes of a frame bind, in bytes. Each counts once and as it
+/// is allocated: with all mip levels and layers, and the whole of a list, however far it is filled. Atlases and the pools
+/// of rows do not count ([`Renderer::drawing_bytes`](crate::frame::Renderer::drawing_bytes)).
+pub(crate) fn memory_bytes(trace: &[PassTrace]) -> u64 {
+    let (mut textures, mut buffers) = (FxHashSet::default(), FxHashSet::default());
+    for used in trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes)) {
+        textures.extend(used.texture.as_ref().filter(|_| !ATLASES.contains(&used.name)));
+        buffers.extend(used.buffer.as_ref().filter(|_| !POOLED.contains(&used.name)));
+    }
+    textures.into_iter().map(texture_bytes).chain(buffers.into_iter().map(wgpu::Buffer::size)).sum()
+}
+
+/// Returns the size of a texture with all its mip levels and layers, in bytes.
+fn texture_bytes(texture: &wgpu::Texture) -> u64 {
+    let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(4));
+    let level = |level: u32| [texture.width(), texture.height()].map(|side| u64::from((side >> level).max(1)));
+    let texels = (0..texture.mip_level_count()).map(|number| level(number).iter().product::<u64>()).sum::<u64>();
+    texel * texels * u64::from(texture.depth_or_array_layers())
 }
 
 /// Sizes of the pictures and buffers that a pass reads and writes in a frame, in bytes. Each resource counts once for a
@@ -163,6 +203,7 @@ impl Traced {
             name: target.name,
             content: Some(target.content),
             texture: Some(target.texture.clone()),
+            buffer: None,
             bytes: target.bytes(),
         }
     }
@@ -182,7 +223,8 @@ pub(super) fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>,
             Some((_, Resource::Target(target))) => Traced::of(target),
             Some((_, Resource::Buffer(buffer))) => {
                 let bytes = buffer.size.map_or(buffer.raw.size() - buffer.offset, u64::from);
-                Traced { name: buffer.name, content: None, texture: None, bytes }
+                let raw = Some(buffer.raw.clone());
+                Traced { name: buffer.name, content: None, texture: None, buffer: raw, bytes }
             }
             Some((_, Resource::Texture(TextureName { name, content }, view))) => {
                 let texture = view.texture();
@@ -193,6 +235,7 @@ pub(super) fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>,
                     name,
                     content: Some(*content),
                     texture: Some(texture.clone()),
+                    buffer: None,
                     bytes: texel * width * height * layers,
                 }
             }
@@ -214,7 +257,8 @@ mod tests {
 
     fn pass(work: Work, reads: &[&'static str], writes: &[&'static str]) -> PassTrace {
         let traced = |names: &[&'static str]| {
-            names.iter().map(|name| Traced { name, content: None, texture: None, bytes: 4 }).collect::<Vec<_>>()
+            let traced = |name| Traced { name, content: None, texture: None, buffer: None, bytes: 4 };
+            names.iter().copied().map(traced).collect::<Vec<_>>()
         };
         let (copied, reads, writes) = (Vec::new(), traced(reads), traced(writes));
         PassTrace { name: "pass", submit: 0, work, copied, reads, writes }

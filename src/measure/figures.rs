@@ -79,6 +79,7 @@ impl Figures<'_> {
             self.add(name, judge, |run| run.work.map(|work| part(work) as f64));
         }
         self.add("GPU memory, bytes", bytes, |run| count(run.memory.gpu_bytes));
+        self.add("GPU memory of the drawing, bytes", bytes, |run| count(run.memory.drawing_bytes));
         self.add("triangles", bytes, |run| count(run.triangles));
         for pass in &self.new.passes {
             let moved = |pass: &Pass| Some((pass.bytes_read? + pass.bytes_written?) as f64);

@@ -3,8 +3,9 @@
 //! The frames of two flights along one path show the same pictures, so each frame is compared with its twin: the ratio
 //! of a pair does not depend on how much land is in view. Pairs are summed up in blocks of consecutive frames. The
 //! median of a block ignores single slow frames, and the blocks differ from each other by as much as the machine's
-//! speed changed during the runs. A machine that is slower in one whole run than in the other looks like a slower
-//! program: compare runs that were made in turns.
+//! speed changed during the runs. The noise is the standard error of the median of the blocks. Where neighbouring blocks
+//! are alike, because the machine was slow for a while, they count as fewer blocks. A machine that is slower in one whole
+//! run than in the other looks like a slower program: compare runs that were made in turns.
 
 use super::statistics::Percentiles;
 
@@ -14,6 +15,8 @@ const MAX_BLOCKS: usize = 20;
 const MIN_BLOCK_FRAMES: usize = 3;
 /// Least number of blocks, and of frames, that give a noise.
 pub(super) const LEAST_FRAMES: usize = 4;
+/// Largest correlation of neighbouring blocks for which the noise is corrected; the correction is then a factor of 4.4.
+const MAX_CORRELATION: f64 = 0.9;
 /// √(π/2): the standard error of a median, relative to that of a mean.
 const MEDIAN_ERROR_FACTOR: f64 = 1.2533;
 
@@ -28,8 +31,9 @@ pub(super) struct Threshold {
 
 /// Threshold of the time of a frame, or of a part of it.
 pub(super) const FRAME_TIME: Threshold = Threshold { share: 0.03, errors: 4.0 };
-/// Threshold of the time of a pass. There are many of them, so one that is beyond four errors by chance is likely.
-pub(super) const PASS_TIME: Threshold = Threshold { share: 0.1, errors: 5.0 };
+/// Threshold of the time of a pass. There are many of them, so one that is beyond four errors by chance is likely. Half of
+/// the smallest change that must be found, which is 10 %.
+pub(super) const PASS_TIME: Threshold = Threshold { share: 0.05, errors: 5.0 };
 
 /// A value of one frame, with its time on the camera path in seconds.
 pub(super) type Sample = (f64, f64);
@@ -53,7 +57,9 @@ impl Paired {
         let middle = median(blocks.iter().copied())?;
         // Around the median, because a block of another speed should widen the noise.
         let variance = blocks.iter().map(|log| (log - middle).powi(2)).sum::<f64>() / (blocks.len() - 1) as f64;
-        let noise = MEDIAN_ERROR_FACTOR * (variance / blocks.len() as f64).sqrt();
+        let correlation = correlation(&blocks).clamp(0.0, MAX_CORRELATION);
+        let independent = blocks.len() as f64 * (1.0 - correlation) / (1.0 + correlation);
+        let noise = MEDIAN_ERROR_FACTOR * (variance / independent).sqrt();
         Some(Self { ratio: middle.exp(), noise })
     }
 
@@ -99,6 +105,14 @@ fn blocks_of_path(old: &[Sample], new: &[Sample]) -> Vec<f64> {
         if values.len() < MIN_BLOCK_FRAMES { None } else { median(values) }
     };
     (0..MAX_BLOCKS).filter_map(|block| log_ratio(in_block(old, block)?, in_block(new, block)?)).collect()
+}
+
+/// Returns the correlation of each block with the next one; 0 if all are equal.
+fn correlation(blocks: &[f64]) -> f64 {
+    let mean = blocks.iter().sum::<f64>() / blocks.len() as f64;
+    let squares: f64 = blocks.iter().map(|log| (log - mean).powi(2)).sum();
+    let products: f64 = blocks.windows(2).map(|pair| (pair[0] - mean) * (pair[1] - mean)).sum();
+    if squares > 0.0 { products / squares } else { 0.0 }
 }
 
 fn log_ratio(old: f64, new: f64) -> Option<f64> {
@@ -149,6 +163,20 @@ mod tests {
             let paired = Paired::of(&old, &flight(120, seed, busy));
             assert_eq!(paired.map(|paired| paired.sign(FRAME_TIME)), Some(0), "seed {seed}");
         }
+    }
+
+    #[test]
+    fn slow_stretches_of_the_machine_are_noise() {
+        // The machine is slower in most of the second run, by 20 % at most, and for seconds at a time.
+        let drift = |frame: u64| 1.0 + 0.2 * (frame as f64 / 120.0 * std::f64::consts::PI).sin();
+        let old = flight(120, 1, |_| 1.0);
+        let signs = |factor: f64| {
+            let new = (2..40).map(|seed| flight(120, seed, |frame| factor * drift(frame)));
+            new.map(|new| Paired::of(&old, &new).map(|paired| paired.sign(FRAME_TIME))).collect::<Vec<_>>()
+        };
+        assert_eq!(signs(1.0), [Some(0); 38]);
+        // Planted: the same with a program that is twice as slow.
+        assert_eq!(signs(2.0), [Some(1); 38]);
     }
 
     #[test]

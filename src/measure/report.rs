@@ -161,6 +161,12 @@ pub(crate) struct PassTime {
 pub(crate) struct Memory {
     /// Buffers and textures on the GPU.
     pub gpu_bytes: Option<u64>,
+    /// Pictures and buffers that the passes of a frame bind, blocks of rows of hachures, and the maps of tiles that shadows
+    /// and water require, without
+    /// the tiles of the land: the memory that the style needs at this size. Of the traced frames, the one with most counts. Unlike `gpu_bytes` it depends neither on the
+    /// GPU nor on the other styles of the run; what styles share counts for each of them.
+    #[serde(default)]
+    pub drawing_bytes: Option<u64>,
     /// Heights of the tiles that are on the GPU; `gpu_bytes` includes the free slots too.
     #[serde(rename = "tile_cache_bytes")]
     pub gpu_tile_bytes: Option<u64>,

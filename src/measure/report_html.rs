@@ -256,7 +256,7 @@ fn table(runs: &[Run]) -> String {
     fn mebibytes(bytes: Option<u64>) -> String {
         bytes.map_or(none(), |bytes| short(bytes as f64 / 1_048_576.0))
     }
-    let rows: [(&str, Cell); 32] = [
+    let rows: [(&str, Cell); 33] = [
         ("frames", |run| run.frames.to_string()),
         ("frame ms, p50", |run| time(run.frame_ms, |ms| ms.p50)),
         ("frame ms, p95", |run| time(run.frame_ms, |ms| ms.p95)),
@@ -275,6 +275,7 @@ fn table(runs: &[Run]) -> String {
         ("triangles", |run| count(run.triangles)),
         ("strokes", |run| count(run.strokes)),
         ("GPU memory, MiB", |run| mebibytes(run.memory.gpu_bytes)),
+        ("GPU memory of the drawing, MiB", |run| mebibytes(run.memory.drawing_bytes)),
         ("tiles on the GPU, MiB", |run| mebibytes(run.memory.gpu_tile_bytes)),
         ("tiles in memory, MiB", |run| mebibytes(run.memory.cpu_tile_bytes)),
         ("resident memory, MiB", |run| mebibytes(run.memory.rss_bytes)),

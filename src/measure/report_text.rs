@@ -56,6 +56,9 @@ const WORK: [WorkColumn; 7] = [
     ("barriers", |work| work.barriers as f64, 0),
 ];
 
+/// The memory that a frame binds.
+const MEMORY: RunColumn = ("MB of memory", |run| Some(run.memory.drawing_bytes? as f64 / 1e6), 1);
+
 /// Columns of the last frames, drawn again without a timer around each pass and without a pause, and of the first frame.
 const AGAIN: [RunColumn; 8] = [
     ("prepare ms", |run| Some(run.untimed?.prepare_ms), 3),
@@ -75,10 +78,10 @@ fn work(report: &Report) -> String {
     }
     let heads = std::iter::once("style".to_owned())
         .chain(WORK.iter().map(|(head, ..)| (*head).to_owned()))
-        .chain(AGAIN.iter().map(|(head, ..)| (*head).to_owned()));
+        .chain([MEMORY].iter().chain(&AGAIN).map(|(head, ..)| (*head).to_owned()));
     let rows = report.runs.iter().map(|run| {
         let of_work = WORK.iter().map(|(_, value, decimals)| number(run.work.map(value), *decimals));
-        let again = AGAIN.iter().map(|(_, value, decimals)| number(value(run), *decimals));
+        let again = [MEMORY].into_iter().chain(AGAIN).map(|(_, value, decimals)| number(value(run), decimals));
         std::iter::once(run.style.clone()).chain(of_work).chain(again).collect()
     });
     format!("\n{}", columns(std::iter::once(heads.collect()).chain(rows).collect()))
@@ -196,7 +199,7 @@ fn number(value: Option<f64>, decimals: usize) -> String {
 mod tests {
     use super::*;
     use crate::lines::strokes::LeftOut;
-    use crate::measure::report::TileCounts;
+    use crate::measure::report::{Memory, TileCounts};
     use crate::measure::statistics::Percentiles;
     use crate::measure::work::{BusyGpu, Untimed};
 
@@ -241,16 +244,17 @@ mod tests {
         let untimed = Some(Untimed { throughput_ms: 3.25, record_ms: 0.5, ..Untimed::default() });
         let gpu_ms = Percentiles { p50: 1.5, ..Percentiles::default() };
         let busy = Some(BusyGpu { gpu_ms, ..BusyGpu::default() });
-        let measured = Run { work: Some(work), untimed, busy, caches, ..run("ink", Some(2.0)) };
+        let memory = Memory { drawing_bytes: Some(12_500_000), ..Memory::default() };
+        let measured = Run { work: Some(work), memory, untimed, busy, caches, ..run("ink", Some(2.0)) };
         let table = table(&Report { runs: vec![measured, run("plain", None)], ..Report::default() });
         let below = table.split("\n\n").nth(1).expect("a second table");
         let rows: Vec<Vec<&str>> = below.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
         let expected = [
-            "ink", "1.250", "0.002", "9", "0", "0", "0", "0", "0.000", "0.500", "0.000", "0.00", "3.25", "1.500", "–",
-            "–",
+            "ink", "1.250", "0.002", "9", "0", "0", "0", "0", "12.5", "0.000", "0.500", "0.000", "0.00", "3.25",
+            "1.500", "–", "–",
         ];
         assert_eq!(rows[0], expected);
-        assert_eq!(rows[1][1..], ["–"; 15]);
+        assert_eq!(rows[1][1..], ["–"; 16]);
         let rates = table.split("\n\n").nth(2).expect("a third table");
         let rows: Vec<Vec<&str>> = rates.lines().map(|line| line.split_whitespace().collect()).collect();
         assert_eq!(rows[0][rows[0].len() - 2..], ["bind", "groups"]);

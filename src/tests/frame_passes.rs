@@ -225,7 +225,7 @@ fn the_table_is_that_of_the_frames() {
     assert_eq!(drawn, known);
     assert!(outside_frames.iter().all(|name| LIST.contains(name)));
     // Planted errors: a pass that reads another resource, and a pass that is not listed.
-    let more = Traced { name: "nothing", content: None, texture: None, bytes: 0 };
+    let more = Traced { name: "nothing", content: None, texture: None, buffer: None, bytes: 0 };
     let planted = |name| PassTrace {
         name,
         submit: 0,
@@ -279,7 +279,7 @@ fn every_picture_of_a_frame_can_be_shown() {
     // Planted errors: a picture of an unsupported format, and a name that does not exist.
     let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint, Group::Surface.shows("A planted picture"));
     let texture = Some(Target::new(&world.gpu, &kind, [4, 4]).texture);
-    let new = Traced { name: "new", content: Some(kind.content), texture, bytes: 64 };
+    let new = Traced { name: "new", content: Some(kind.content), texture, buffer: None, bytes: 64 };
     trace.push(PassTrace {
         name: "surface/none",
         submit: 0,

@@ -79,7 +79,7 @@ fn report_has_the_names_that_scripts_rely_on() {
     assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["passes"][0]), "bytes_read bytes_written frames gpu_ms mean_ms name runs");
     assert_eq!(keys(&run["passes"][0]["gpu_ms"]), "p50 p95 p99");
-    assert_eq!(keys(&run["memory"]), "cpu_tile_bytes gpu_bytes rss_bytes tile_cache_bytes");
+    assert_eq!(keys(&run["memory"]), "cpu_tile_bytes drawing_bytes gpu_bytes rss_bytes tile_cache_bytes");
     assert_eq!(
         keys(&run["tiles"]),
         "cancelled evicted failed full_detail_ms late_frames late_frames_after_1s loaded \

@@ -58,6 +58,7 @@ mod meshes;
 mod mirror;
 mod mosaic;
 mod motion;
+mod needs;
 mod panorama;
 mod parts;
 mod popping;

@@ -69,7 +69,7 @@ impl Default for TerrainOptions {
 }
 
 /// Number of frames after which maps that nobody requests are dropped.
-const KEEP_MAPS_FRAMES: u64 = 3600;
+pub(crate) const KEEP_MAPS_FRAMES: u64 = 3600;
 
 /// The largest number of samples along a side, up to which f32 counts exactly.
 const MAX_SAMPLES: u32 = 1 << 24;
@@ -374,6 +374,13 @@ impl Terrain {
         let horizon_maps = self.horizon_maps.as_ref().map_or(0, |horizons| horizons.maps.bytes());
         let water_maps = self.water_maps.as_ref().map_or(0, WaterMaps::bytes);
         self.residency.atlas.bytes() + self.buffers.bytes() + horizon_maps + water_maps
+    }
+
+    /// Returns the memory of the maps that the last frame requested, in bytes: a layer for each tile that there may be.
+    pub(crate) fn map_bytes(&self) -> u64 {
+        let horizons = self.horizon_maps.as_ref().filter(|_| self.needs_horizons);
+        let water = self.water_maps.as_ref().filter(|_| self.needs_water);
+        horizons.map_or(0, |horizons| horizons.maps.bytes()) + water.map_or(0, WaterMaps::bytes)
     }
 
     /// Requests horizon maps toward a sun in the direction `to_sun` for the next frame. With `None` they are not

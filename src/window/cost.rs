@@ -184,8 +184,8 @@ mod tests {
     use crate::window::statistics::{FrameTimes, PassTimes};
 
     fn pass(name: &'static str, bytes: u64) -> PassTrace {
-        let read = Traced { name: "a list", content: None, texture: None, bytes };
-        let written = Traced { name: "another", content: None, texture: None, bytes: 2 * bytes };
+        let read = Traced { name: "a list", content: None, texture: None, buffer: None, bytes };
+        let written = Traced { name: "another", content: None, texture: None, buffer: None, bytes: 2 * bytes };
         let (submit, work, copied) = (0, Work::Dispatch, Vec::new());
         PassTrace { name, submit, work, copied, reads: vec![read], writes: vec![written] }
     }

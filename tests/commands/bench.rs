@@ -82,7 +82,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
                 all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
             }
         }
-        keys(&run["memory"], &["gpu_bytes", "tile_cache_bytes", "cpu_tile_bytes", "rss_bytes"])?;
+        keys(&run["memory"], &["gpu_bytes", "drawing_bytes", "tile_cache_bytes", "cpu_tile_bytes", "rss_bytes"])?;
         let counts = ["loaded", "evicted", "cancelled", "failed", "late_frames"];
         keys(&run["tiles"], &[&counts[..], &["late_frames_after_1s", "full_detail_ms", "memory_factor"]].concat())?;
         if let Some(name) = counts.iter().find(|name| !run["tiles"][**name].is_number()) {

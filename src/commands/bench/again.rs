@@ -140,22 +140,29 @@ impl StyleRun {
     }
 
     /// Draws frames of `cameras` with traces, and stores what each of them gave the GPU to do in the record of its frame.
-    /// `cameras` are those of the last records, from the last one back.
+    /// `cameras` are those of the last records, from the last one back. Each frame is first drawn without a trace, because
+    /// the next frame of a view omits passes when the GPU has reported that they draw nothing, as those of water where
+    /// there is none: otherwise it would depend on chance which passes are traced.
     pub(super) fn trace(&mut self, gpu: &Gpu, cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
         if cameras.is_empty() {
             return Ok(());
         }
         self.set_submits(Submits::Whole);
         let update_every = self.variant.style.strokes().map_or(1, |strokes| strokes.update_every as usize);
-        for number in 0..WARM_UP_FRAMES + TRACED_FRAMES.max(update_every + 1) {
+        let traced = TRACED_FRAMES.max(update_every + 1);
+        let first = cameras.len().saturating_sub(WARM_UP_FRAMES + traced);
+        let cameras = &cameras[first..];
+        // To the other end of the list and back, and then as many frames as in other measurements.
+        let untraced = 2 * (cameras.len() - 1) + WARM_UP_FRAMES;
+        for number in 0..untraced + traced {
             // The last camera that was drawn is the last one of the list.
             let index = to_and_fro(number + cameras.len() - 1, cameras.len());
             let (camera, t_s) = &cameras[index];
-            self.set_traces(number >= WARM_UP_FRAMES);
+            self.set_traces(number >= untraced);
             self.draw_only(gpu, camera, *t_s)?;
             gpu.wait();
             let work = self.take_work();
-            if let Some(record) = self.records.iter_mut().rev().nth(index) {
+            if let Some(record) = self.records.iter_mut().rev().nth(first + index) {
                 record.work = work.or(record.work);
             }
         }

@@ -216,7 +216,8 @@ impl StyleRun {
     /// Returns what the last frame gave the GPU to do, and notes its passes; `None` if it was not traced.
     pub(super) fn take_work(&mut self) -> Option<FrameWork> {
         let trace = Some(self.renderer.trace()).filter(|trace| !trace.is_empty());
-        trace.map(|trace| self.passes.take(trace))
+        let drawing_bytes = self.renderer.drawing_bytes(&self.world.surfaces);
+        trace.map(|trace| self.passes.take(trace, drawing_bytes))
     }
 
     pub(super) fn set_traces(&mut self, traces: bool) {
@@ -392,6 +393,7 @@ impl StyleRun {
             gpu_tile_bytes: Some(counts.gpu_bytes),
             cpu_tile_bytes: Some(counts.cache_bytes),
             rss_bytes: memory::rss_bytes(),
+            ..run.memory
         };
         run.tiles.loaded = Some(self.records.iter().filter_map(|record| record.tiles_loaded).sum());
         run.tiles.evicted = Some(counts.evicted - before.evicted);

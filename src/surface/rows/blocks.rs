@@ -14,6 +14,7 @@ use rustc_hash::FxHashMap;
 use super::{PlannedPool, RowPlan, proposals};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pools::KEEP_FRAMES;
 use crate::gpu::wgsl::shared::rows::{CELLS, MAX_CANDIDATES, RowBlock, RowRules, WORDS};
 use crate::pyramid::TileStore;
 use crate::scene::view::{Rig, View};
@@ -86,15 +87,32 @@ pub(crate) struct RowMemory {
     built: Vec<[usize; 2]>,
     seen: Vec<[usize; 2]>,
     frame: u64,
+    /// Number of successive frames, up to the last, whose style has no rows.
+    frames_without_rows: u64,
     is_late: bool,
 }
 
 impl RowMemory {
+    /// Notes a frame whose style has no rows. After some of them, releases the blocks.
+    pub(crate) fn skip(&mut self) {
+        self.is_late = false;
+        self.frames_without_rows += 1;
+        if self.frames_without_rows > KEEP_FRAMES {
+            *self = Self::default();
+        }
+    }
+
     /// Marks the blocks of the last plan as not built, because its frame was not drawn.
     pub(crate) fn forget_planned(&mut self) {
         for address in self.planned.drain(..) {
             self.made.remove(&address);
         }
+    }
+
+    /// Returns the memory of the blocks if the last frame had rows, in bytes.
+    pub(crate) fn bytes(&self) -> u64 {
+        let buffers = self.pools.iter().flatten().filter(|_| self.frames_without_rows == 0);
+        buffers.map(|buffer| buffer.raw.size()).sum()
     }
 
     /// Returns the number of candidates of each slot, one buffer for each pool.
@@ -128,6 +146,7 @@ impl RowMemory {
         is_whole: bool,
     ) -> RowPlan {
         self.frame += 1;
+        self.frames_without_rows = 0;
         self.planned.clear();
         self.built.clear();
         self.seen.clear();
