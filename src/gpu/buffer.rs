@@ -91,12 +91,20 @@ struct Shelf {
     measured_since: u64,
     /// Whether `scratch` is larger than all that has been requested for a while: the next request replaces it.
     is_too_large: bool,
-    /// One buffer for each upload of a frame, with the last frame that used it.
-    uploads: Vec<(Buffer, u64)>,
+    /// One for each upload of a frame.
+    uploads: Vec<Upload>,
     /// How many of `uploads` the current frame has used.
     uploads_used: usize,
     /// The last frame that requested the kind.
     used_in: u64,
+}
+
+/// A buffer for data from the CPU.
+struct Upload {
+    buffer: Buffer,
+    /// The last frame that used it, and the last one that needed its size.
+    used_in: u64,
+    filled_in: u64,
 }
 
 /// A pool of buffers, by name.
@@ -150,16 +158,23 @@ impl Buffers {
         shelf.uploads_used += 1;
         let size = (bytes.len() as u64).next_power_of_two().max(256);
         let used_in = shelf.used_in;
-        let is_hit = shelf.uploads.get(at).is_some_and(|(known, _)| known.raw.size() >= bytes.len() as u64);
-        if !is_hit {
-            let made = Buffer::new(gpu, kind, size);
+        let fits = |upload: &&mut Upload| {
+            let known = upload.buffer.raw.size();
+            known == size || known > size && upload.filled_in + KEEP_FRAMES > used_in
+        };
+        let known = shelf.uploads.get_mut(at).filter(fits);
+        let is_hit = known.is_some();
+        if let Some(upload) = known {
+            upload.used_in = used_in;
+            upload.filled_in = if upload.buffer.raw.size() == size { used_in } else { upload.filled_in };
+        } else {
+            let made = Upload { buffer: Buffer::new(gpu, kind, size), used_in, filled_in: used_in };
             match shelf.uploads.get_mut(at) {
-                Some((too_small, _)) => *too_small = made,
-                None => shelf.uploads.push((made, used_in)),
+                Some(upload) => *upload = made,
+                None => shelf.uploads.push(made),
             }
         }
-        shelf.uploads[at].1 = used_in;
-        let buffer = shelf.uploads[at].0.clone();
+        let buffer = shelf.uploads[at].buffer.clone();
         self.counts.count(is_hit);
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&buffer.raw, 0, bytes);
@@ -175,7 +190,7 @@ impl Buffers {
         self.shelves.retain(|_, shelf| shelf.used_in + KEEP_FRAMES > frame);
         for shelf in self.shelves.values_mut() {
             shelf.uploads_used = 0;
-            shelf.uploads.retain(|(_, used_in)| used_in + KEEP_FRAMES > frame);
+            shelf.uploads.retain(|upload| upload.used_in + KEEP_FRAMES > frame);
             if shelf.measured_since + KEEP_FRAMES <= frame {
                 let is_larger = |buffer: &Buffer| buffer.raw.size() > shelf.largest_bytes.max(LEAST_BYTES);
                 shelf.is_too_large = shelf.largest_bytes > 0 && shelf.scratch.as_ref().is_some_and(is_larger);
