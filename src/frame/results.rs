@@ -245,7 +245,7 @@ impl Renderer {
     pub(crate) fn pass_frames(&mut self, gpu: &Gpu, view: &crate::scene::view::View, style: &Style, frames: u64) {
         for _ in 0..frames {
             for eye in &mut self.eyes {
-                eye.begin_frame(gpu, view, style).unwrap_or_else(|error| panic!("{error}"));
+                eye.begin_frame(gpu, view, style, self.room_px).unwrap_or_else(|error| panic!("{error}"));
             }
             self.skip_unused(style);
             self.pools.end_frame();
