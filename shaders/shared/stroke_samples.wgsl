@@ -97,8 +97,8 @@ struct Temporal {
     seed: u32,
     // 1: the camera has not moved.
     rests: u32,
-    padding_a: u32,
-    padding_b: u32,
+    // Size of the previous frame's picture.
+    last_px: vec2<u32>,
     // Position of the camera in the world: whole blocks of 4096 m, and the rest.
     camera_blocks: vec3<i32>,
     padding_c: u32,

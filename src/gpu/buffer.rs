@@ -123,7 +123,9 @@ impl Buffers {
         let shelf = self.shelf(kind);
         shelf.largest_bytes = shelf.largest_bytes.max(bytes);
         let is_large_enough = shelf.scratch.as_ref().is_some_and(|buffer| buffer.raw.size() >= bytes);
-        let is_hit = is_large_enough && !std::mem::take(&mut shelf.is_too_large);
+        // Also of a buffer that grows: the next request must find the one of this request.
+        let is_too_large = std::mem::take(&mut shelf.is_too_large);
+        let is_hit = is_large_enough && !is_too_large;
         let replaces = !is_hit && shelf.scratch.is_some();
         if !is_hit {
             shelf.scratch = None;
@@ -139,8 +141,8 @@ impl Buffers {
         self.counts
     }
 
-    /// Returns whether a buffer has been replaced by a larger one since the last call. Cached bind groups still hold
-    /// the smaller one then.
+    /// Returns whether a buffer has been replaced since the last call. Cached bind groups still hold the one before
+    /// then.
     pub fn take_replaced(&mut self) -> bool {
         std::mem::take(&mut self.has_replaced)
     }
@@ -275,5 +277,16 @@ mod tests {
         assert_eq!(frames(KEEP_FRAMES + 4, &[1 << 8], 1), (1 << 8, 1));
         // Planted: a frame that needs both sizes retains the larger one.
         assert_eq!(frames(2 * KEEP_FRAMES + 4, &[1 << 16, 1 << 8], 2), (1 << 16, 2));
+        // A buffer that was too large, and now has to grow, is the same one for the whole frame.
+        for _ in 0..3 * KEEP_FRAMES {
+            if buffers.shelves[kind.name].is_too_large {
+                break;
+            }
+            buffers.scratch(&gpu, &kind, 1 << 8);
+            buffers.end_frame();
+        }
+        assert!(buffers.shelves[kind.name].is_too_large);
+        let [written, read] = [(); 2].map(|()| buffers.scratch(&gpu, &kind, 1 << 18).raw);
+        assert!(written == read);
     }
 }

@@ -155,6 +155,11 @@ impl View {
         Self::of_part(previous, pose, picture_px, Part::whole(picture_px))
     }
 
+    /// Returns whether the part of the picture is all of it.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.part == Part::whole(self.picture_px)
+    }
+
     /// Returns the view at another time.
     #[must_use]
     pub fn at(self, clock: Clock) -> Self {

@@ -158,6 +158,12 @@ fn traces() -> Option<Traces> {
     let trace = drawing(&mut world, &mut renderer, &style.clone().for_map(10.0), [pose; 2]);
     traces.add("maps of styles with lines of equal height", &trace);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_room(Some(SIZE_PX));
+    drawing(&mut world, &mut renderer, &style, [pose; 2]);
+    let smaller = View::whole(pose, pose, SIZE_PX.map(|side| side / 2));
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &smaller, &style, &north_west());
+    traces.add("another size with room for it", renderer.trace());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_wants_motion(true);
     let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("channel `motion`", &trace);

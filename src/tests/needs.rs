@@ -224,7 +224,7 @@ impl Place {
     /// Opens the land again, without maps: they are computed for the next style that needs them.
     fn forget_maps(&mut self) {
         let terrain = &self.world.surfaces.terrain;
-        let (store, options) = (Arc::clone(terrain.store()), terrain.options().clone());
+        let (store, options) = (Arc::clone(terrain.store()), *terrain.options());
         self.world.surfaces = Terrain::new(&self.world.gpu, store, options).unwrap().into();
     }
 }

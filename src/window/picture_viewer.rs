@@ -47,6 +47,8 @@ struct Readback {
     name: &'static str,
     format: wgpu::TextureFormat,
     size_px: [u32; 2],
+    /// Rows of the texture, of which the picture may be a part.
+    rows: u32,
 }
 
 /// A picture converted to colours, or why it has none.
@@ -168,7 +170,8 @@ impl PictureViewer {
             self.texture = None;
             return;
         };
-        let [width, height] = target.size_px();
+        // All of the texture is read, for a depth picture cannot be read in part.
+        let [width, height] = [target.texture.width(), target.texture.height()];
         let format = target.texture.format();
         let texel = format.block_copy_size(Some(aspect(&target.texture))).unwrap_or(4);
         let bytes = u64::from(width * texel).next_multiple_of(ROW_BYTES) * u64::from(height);
@@ -177,7 +180,8 @@ impl PictureViewer {
         }
         let Some((readback, _)) = &mut self.readback else { return };
         if readback.request_picture(gpu, &target.texture) {
-            self.pending = Some(Readback { selected, name: target.name, format, size_px: [width, height] });
+            self.pending =
+                Some(Readback { selected, name: target.name, format, size_px: target.size_px(), rows: height });
             self.requested = requested;
         }
     }
@@ -284,9 +288,9 @@ impl PictureViewer {
 
 /// Turns the rows of a picture, which are padded, into colours.
 fn colours(question: Readback, bytes: &[u8]) -> Coloured {
-    let Readback { selected, name, format, size_px } = question;
+    let Readback { selected, name, format, size_px, rows } = question;
     let [width, height] = size_px.map(|side| side as usize);
-    let padded = bytes.len() / height.max(1);
+    let padded = bytes.len() / (rows as usize).max(1);
     let texel = if format.is_depth_stencil_format() { 4 } else { format.block_copy_size(None).unwrap_or(4) as usize };
     let rows = bytes.chunks_exact(padded.max(1)).take(height);
     let texels: Vec<u8> = rows.flat_map(|row| &row[..(width * texel).min(row.len())]).copied().collect();

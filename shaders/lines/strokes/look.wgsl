@@ -33,6 +33,8 @@
 @group(0) @binding(9) var normal: texture_2d<u32>;
 // The other eye's view, jittered like these three images.
 @group(0) @binding(10) var<uniform> seen_view: View;
+#else
+@group(0) @binding(6) var<uniform> temporal: Temporal;
 #endif
 
 const REACH_PX: i32 = 3;
@@ -60,12 +62,21 @@ const EXTREME: f32 = 0.1;
 // A point is hidden if it is behind the surface by more than this part of its distance.
 const HIDDEN: f32 = 0.01;
 
-// Returns the size of the other image.
+// Returns the size of the other picture. The previous frame's samples are in pixels of this frame.
 fn other_px() -> vec2<u32> {
 #ifdef PAIR
     return other_view.size_px;
 #else
     return view.size_px;
+#endif
+}
+
+// Returns the size of the image of ids, which may be that of a previous frame of another size.
+fn ids_px() -> vec2<u32> {
+#ifdef PAIR
+    return other_view.size_px;
+#else
+    return temporal.last_px;
 #endif
 }
 
@@ -95,8 +106,8 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let max_depth_ratio = MAX_DEPTH_RATIO;
 #endif
     var found = nothing;
-    let size = vec2<i32>(other_px());
-    let middle = vec2<i32>(floor(place.xy));
+    let size = vec2<i32>(ids_px());
+    let middle = vec2<i32>(floor(place.xy * (vec2<f32>(ids_px()) / vec2<f32>(other_px()))));
     var best = 1e9;
     var seen = 0u;
     for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {

@@ -1,5 +1,6 @@
 //! Tests that two flights of one build differ by less than their noise, and that a planted slow-down of a pass is named.
 
+#![allow(clippy::print_stdout, reason = "a test says what it measured")]
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::Path;
@@ -13,7 +14,7 @@ use crate::measure::statistics::{RunFrames, read_frames_csv, write_frames_csv};
 use crate::style;
 use crate::tests::common;
 
-/// Largest slow-down that must be found in every pass that the comparison names.
+/// Slow-down that is found unless the machine's noise is larger.
 const SLOWER: f64 = 1.1;
 /// Slow-downs that are planted where a loaded machine makes the noise larger than the smallest one.
 const MORE: [f64; 4] = [1.2, 1.5, 2.0, 10.0];
@@ -80,9 +81,9 @@ fn check(folder: &Path) -> Result<(), String> {
         |pass: &&Pass| pass.frames == Some(45) && pass.gpu_ms.is_some_and(|ms| ms.p50 > LEAST_SHARE * frame_ms);
     let passes: Vec<&str> = report.runs[1].passes.iter().filter(is_large).map(|pass| pass.name.as_str()).collect();
     assert!(passes.len() >= 4, "{passes:?}");
-    let mut found_at_once = 0;
+    let (mut found, mut found_at_once) = (0, 0);
     for pass in &passes {
-        let slower_by = |factor: f64| {
+        let slower_by = |factor: f64, than: usize| {
             let (report, mut slow) = flight(1);
             for frame in &mut slow.frames {
                 let of_pass = frame.pass_gpu_ms.iter_mut().find(|(name, _)| name == pass);
@@ -91,19 +92,22 @@ fn check(folder: &Path) -> Result<(), String> {
                 frame.gpu_ms = frame.gpu_ms.map(|gpu_ms| gpu_ms + more_ms);
                 frame.frame_ms = frame.frame_ms.map(|frame_ms| frame_ms + more_ms);
             }
-            named(folder, flight(0), (report, slow))
+            named(folder, flight(than), (report, slow))
         };
+        // Where nothing but the pass differs, 10 % are enough, however busy the machine is.
+        assert_eq!(slower_by(SLOWER, 1), [*pass]);
         let mut factors = std::iter::once(SLOWER).chain(MORE);
-        let Some(needed) = factors.find(|factor| !slower_by(*factor).is_empty()) else {
+        let Some(needed) = factors.find(|factor| !slower_by(*factor, 0).is_empty()) else {
             println!("{pass}: its times are nothing but noise");
             continue;
         };
         println!("{pass}: a slow-down of {:.0} % is found", (needed - 1.0) * 100.0);
+        found += 1;
         found_at_once += usize::from(needed == SLOWER);
-        assert_eq!(slower_by(needed), [*pass]);
+        assert_eq!(slower_by(needed, 0), [*pass]);
     }
-    println!("{found_at_once} of {} slow-downs of 10 % are found", passes.len());
-    if 2 * found_at_once < passes.len() { Err("the machine is too busy".to_owned()) } else { Ok(()) }
+    println!("of {} slow-downs {found} are found, {found_at_once} of them of 10 %", passes.len());
+    if 2 * found < passes.len() { Err("the machine is too busy".to_owned()) } else { Ok(()) }
 }
 
 /// A machine with other work may disturb a flight, so there are three attempts.
@@ -113,5 +117,5 @@ fn a_pass_that_is_slower_is_named_and_no_other() {
         let folder = tempfile::tempdir().unwrap();
         check(folder.path()).inspect_err(|error| println!("attempt {number}: {error}"))
     };
-    assert!((1..=3).any(|number| attempt(number).is_ok()), "no slow-down of 10 % is found");
+    assert!((1..=3).any(|number| attempt(number).is_ok()), "two flights of one build are too different");
 }

@@ -72,8 +72,10 @@ pub(crate) struct Plan {
     pub step_m: DVec3,
     /// The view of the previous update, if there was one.
     pub updated: Option<View>,
-    /// Whether the camera has not moved.
+    /// Whether the camera has not moved, and the picture has the size of the last one.
     pub rests: bool,
+    /// Size of the last frame's picture, in pixels.
+    pub last_px: [u32; 2],
     /// Frames since the history began: 0 in the first.
     pub frame: u32,
 }
@@ -84,13 +86,17 @@ impl History {
     pub(crate) fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step, leader: Option<bool>) -> Plan {
         let is_edited = std::mem::take(&mut self.is_edited);
         let step_m = std::mem::replace(&mut self.origin_m, step.origin_m) - step.origin_m;
-        let rests = self.last.is_some_and(|last| last.pose == view.pose);
+        let rests = self.last.is_some_and(|last| last.pose == view.pose && last.part == view.part);
+        let last_px = self.last.map_or(view.part.size_px, |last| last.part.size_px);
         // Another sample of the same picture: its strokes stay.
         let is_sample = rests && step.step_s == 0.0 && !step.land_changes;
         let last = self.last.replace(*view).filter(|last| continues(last, view));
         let updated = self.updated.filter(|_| last.is_some());
         let plan = match updated {
-            None => Plan { is_update: true, takes_over: false, step_m: DVec3::ZERO, updated, rests, frame: 0 },
+            None => {
+                let (is_update, takes_over, step_m) = (true, false, DVec3::ZERO);
+                Plan { is_update, takes_over, step_m, updated, rests, last_px, frame: 0 }
+            }
             Some(View { pose: updated_pose, .. }) => {
                 let turned_rad = updated_pose.forward.angle_between(view.pose.forward);
                 let moved_m = updated_pose.position_m.distance(view.pose.position_m);
@@ -106,6 +112,7 @@ impl History {
                     step_m,
                     updated,
                     rests,
+                    last_px,
                     frame: self.frames.wrapping_add(1),
                 }
             }
@@ -149,9 +156,11 @@ impl History {
     }
 }
 
-/// Returns whether a view continues the last one that was drawn.
+/// Returns whether a view continues the last one that was drawn: the same part of a picture, or the whole picture in
+/// another size. Without room for other sizes, the history of the last size has been forgotten before.
 fn continues(last: &View, view: &View) -> bool {
-    let is_next = last.pose == view.previous && last.part == view.part && last.picture_px == view.picture_px;
+    let is_same_part = last.part == view.part && last.picture_px == view.picture_px;
+    let is_next = last.pose == view.previous && (is_same_part || (last.is_whole() && view.is_whole()));
     is_next && last.pose.forward.angle_between(view.pose.forward) <= CUT * view.fov_rad().min(last.fov_rad())
 }
 

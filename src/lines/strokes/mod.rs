@@ -311,6 +311,9 @@ impl FrameStrokes {
         let gpu = recorder.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
         let (texture, ink, ids) = (self.texture.as_deref(), &ink, &ids);
+        if plan.last_px != targets.size_px() && (plan.takes_over || !plan.is_update) {
+            temporal::resize(recorder, still_view, work);
+        }
         let drawn = stroke::Inputs { view: still_view, focus: &self.focus, lists, work, texture, ink, ids };
         let Some(edges) = edges else {
             temporal::advance(recorder, still_view, work);
@@ -397,7 +400,7 @@ impl FrameStrokes {
 }
 
 fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::Step) -> TemporalUniform {
-    let history::Plan { is_update, takes_over, step_m, updated, rests, frame } = *plan;
+    let history::Plan { is_update, takes_over, step_m, updated, rests, last_px, frame } = *plan;
     let origin_m = step.origin_m;
     // The part of a stroke's whole coming or going that happens in this frame.
     let progress = step.progress(strokes);
@@ -411,6 +414,7 @@ fn carry_uniform(plan: &history::Plan, strokes: &style::Strokes, step: history::
         // A picture that is drawn on its own is always the same.
         seed: if takes_over { frame } else { 0 },
         rests: u32::from(rests),
+        last_px,
         camera_blocks: (origin_m / BLOCK_M).floor().as_ivec3().to_array(),
         camera_rest_m: (origin_m - (origin_m / BLOCK_M).floor() * BLOCK_M).as_vec3().to_array(),
         updated_clip_from_camera: updated.map_or([[0.0; 4]; 4], |view| view.still_uniform(origin_m).clip_from_camera),

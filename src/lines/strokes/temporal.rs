@@ -39,6 +39,7 @@ pub(crate) fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
         work.old_samples(),
         ("ids", ids.into()),
         work.matches(),
+        work.temporal(),
     ];
     let (arguments, offset) = work.per_fresh();
     recorder.indirect("lines/strokes/look", arguments, offset, &resources);
@@ -109,6 +110,13 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
             scan::run(recorder, Count::Counted { numbers, index: 0, capacity: MAX_SAMPLES }, &places);
         }
     }
+}
+
+/// Turns the lengths of the previous frame's samples into pixels of this frame's picture, which has another size.
+pub(crate) fn resize(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork) {
+    let resources = [("view", view.clone()), work.temporal(), work.old_sample_counts(), work.old_samples()];
+    let (arguments, offset) = work.per_old();
+    recorder.indirect("lines/strokes/resize", arguments, offset, &resources);
 }
 
 /// Moves the strokes of the previous frame into this one.

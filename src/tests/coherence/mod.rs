@@ -9,6 +9,7 @@ mod checks;
 mod extremes;
 mod growth;
 mod places;
+mod resized;
 mod sheet;
 mod steady;
 

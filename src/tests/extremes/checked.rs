@@ -113,8 +113,8 @@ fn a_nan_in_one_texel_is_found_with_its_pass_and_pixel() {
         assert_eq!((first.pass, first.target, first.place, first.count), ("tones/plain", "tone", place, 1));
         assert!(first.value == value || first.value.is_nan() && value.is_nan());
         let message = format!(
-            "the pass tones/plain wrote {shown} into the picture \"tone\" (64x48 px), pixel (40, 41), channel 1; all \
-             other numbers are finite"
+            "the pass tones/plain wrote {shown} into the picture \"tone\" (64x48 px), pixel (40, 41), channel 1, the \
+             only one that is not finite of those searched"
         );
         assert_eq!(first.to_string(), message);
         // Passes that read it come after it.

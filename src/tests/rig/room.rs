@@ -137,7 +137,9 @@ fn another_size_within_the_room_makes_no_object() {
     let Some(mut world) = hill_apart() else { return };
     let sizes_px = [ROOM_PX, SIZE_PX, [38, 22], [85, 49]];
     for name in ["crosshatch", "wash"] {
-        let style = preset(name);
+        let mut style = preset(name);
+        // Every frame is an update, so that each size has had all its passes.
+        style.strokes_mut().into_iter().for_each(|strokes| strokes.update_every = 1);
         let made = |world: &mut World, room_px| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
             renderer.set_room(room_px);
