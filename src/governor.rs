@@ -9,7 +9,7 @@
 //!   within [`HOLD_S`] of a change or [`HOLD_AFTER_FALL_S`] of a fall.
 //! - Between the two nothing changes (the dead zone).
 //! - Frames that were in flight when it changed, and frames that waited for the processor, do not count.
-//! - A change that restarts temporal strokes is made in a panic only; the way back is taken after [`CALM_S`].
+//! - A calm fall never restarts temporal strokes; a rise does so only after [`CALM_S`].
 //!
 //! The costs are corrected by what each change did.
 
@@ -88,6 +88,15 @@ impl Reason {
     }
 }
 
+/// Why no change would help.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Limit {
+    /// The cheapest setting is over the budget.
+    Cheapest,
+    /// The processor needs longer than the GPU, and longer than the budget allows.
+    Processor,
+}
+
 /// Chooses the setting of each frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Governor {
@@ -106,6 +115,8 @@ pub(crate) struct Governor {
     fell_at_s: f64,
     /// Mean time before the last change, and the setting then; until the change has been learned from.
     before: Option<(usize, f64)>,
+    /// Number of frames in a row that waited for the processor.
+    waited: u32,
 }
 
 impl Governor {
@@ -124,7 +135,20 @@ impl Governor {
             changed_at_s: never,
             fell_at_s: never,
             before: None,
+            waited: 0,
         }
+    }
+
+    /// Sets another budget, and keeps what has been learned.
+    pub(crate) fn set_budget_ms(&mut self, budget_ms: f64) {
+        self.budget_ms = budget_ms;
+    }
+
+    /// Returns why the budget is not held, if no setting would hold it.
+    pub(crate) fn limit(&self) -> Option<Limit> {
+        let mean_ms = self.mean.0 / self.mean.1;
+        let is_over = self.step == 0 && self.counted >= NEEDED && mean_ms > self.budget_ms;
+        if self.waited >= NEEDED { Some(Limit::Processor) } else { is_over.then_some(Limit::Cheapest) }
     }
 
     /// Index of the setting for the next frame.
@@ -143,8 +167,10 @@ impl Governor {
         }
         // A GPU that waits for the processor lowers its clock: its time says nothing.
         if frame.cpu_ms > frame.gpu_ms && frame.cpu_ms > FALL * self.budget_ms {
+            self.waited = self.waited.saturating_add(1);
             return None;
         }
+        self.waited = 0;
         self.counted += 1;
         self.mean = (self.mean.0 * DECAY + frame.gpu_ms, self.mean.1 * DECAY + 1.0);
         self.last_ms = [self.last_ms[1], self.last_ms[2], frame.gpu_ms];
@@ -224,8 +250,12 @@ impl Governor {
         let Some((before, before_ms)) = self.before.take() else { return };
         let measured = self.mean.0 / self.mean.1 / before_ms;
         let expected = self.steps[self.step].cost / self.steps[before].cost;
-        // Beyond a factor of two the view has changed, not the setting.
-        let factor = (measured / expected).clamp(0.5, 2.0).powf(LEARN);
+        let ratio = measured / expected;
+        if !(0.5..=2.0).contains(&ratio) {
+            // The view has changed, not the setting.
+            return;
+        }
+        let factor = ratio.powf(LEARN);
         let moved = if self.step < before { 0..=self.step } else { self.step..=self.steps.len() - 1 };
         self.steps[moved].iter_mut().for_each(|step| step.cost *= factor);
         for index in 1..self.steps.len() {

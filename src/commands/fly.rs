@@ -58,8 +58,8 @@ pub(crate) struct FlyArgs {
     /// How exactly the picture is drawn.
     #[command(flatten)]
     pub quality: QualityArgs,
-    /// Hold the GPU time of a frame, in milliseconds (11.1 for 90 frames a second): the most exact settings of the style's
-    /// measured front that fit, or, for a style without one, the resolution that fits
+    /// Hold the time of a frame on the GPU, in milliseconds (11.1 for 90 frames a second): with the most expensive setting of
+    /// the style's measured front that is predicted to fit, or, for a style without one, with a lower resolution
     #[arg(long, value_name = "MS", conflicts_with_all = ["quality", "vr"], value_parser = arguments::within(ranges::BUDGET_MS), allow_hyphen_values = true)]
     pub budget: Option<f64>,
     /// Memory for heights on the GPU, and as much again in main memory, in MiB; styles with shadows or water need a

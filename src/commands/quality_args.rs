@@ -15,9 +15,9 @@ use crate::measure::setting::{FRONTS, Setting};
 /// `--quality` and `--front`.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct QualityArgs {
-    /// Trade speed for exactness: draw with settings that `hachure bench --sweep` has measured for the style. It changes
-    /// --lod-error, --antialias and parameters of the style, except those that are given. Only ink has built-in
-    /// measurements; --front names those of other styles
+    /// Choose between speed and exactness: draw with a setting that `hachure bench --sweep` has measured for the style. It
+    /// sets the resolution (not in render), --lod-error, --antialias (not in fly) and parameters of the style, except those
+    /// that you give. Only ink has built-in measurements; --front names those of other styles
     #[arg(long, value_name = "LEVEL", value_enum)]
     pub quality: Option<Level>,
     /// The measured settings for --quality (and for --budget): a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
@@ -89,11 +89,11 @@ fn built_in(style: &str) -> anyhow::Result<Front> {
     let Some(text) = text else {
         let measured = FRONTS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         bail!(Misuse(format!(
-            "--quality: {} has no measured settings (only {measured} has). Measure them: hachure bench --path tour --styles \
-             {} --sweep lod-error=0.5,1,4 -o DIR; then add --front DIR/{}",
-            named(style),
-            named(style),
-            quality::file_name(&arguments::style(style)?.name)
+            "{name} has no measured settings for --quality and --budget (only {measured} has). Measure them: hachure \
+             bench WORLD --path tour --styles {name} --sweep scale=0.5,0.75,1 --sweep lod-error=0.5,1,4 -o DIR; then \
+             add --front DIR/{}",
+            quality::file_name(&arguments::style(style)?.name),
+            name = named(style),
         )));
     };
     Front::parse(text).map_err(|error| anyhow::anyhow!("the front of {style}: {error}"))

@@ -155,17 +155,25 @@ impl Target {
         self.used_px != [self.texture.width(), self.texture.height()]
     }
 
-    /// Returns the size on the GPU, in bytes.
+    /// Returns the size of the texture on the GPU, in bytes.
     pub(crate) fn bytes(&self) -> u64 {
-        let texel = u64::from(self.texture.format().block_copy_size(None).unwrap_or(4));
-        u64::from(self.texture.width()) * u64::from(self.texture.height()) * texel
+        self.texel_bytes() * u64::from(self.texture.width()) * u64::from(self.texture.height())
+    }
+
+    /// Returns the size of the picture, which may be a part of the texture, in bytes.
+    pub(super) fn used_bytes(&self) -> u64 {
+        self.used_px.iter().map(|side| u64::from(*side)).product::<u64>() * self.texel_bytes()
+    }
+
+    fn texel_bytes(&self) -> u64 {
+        u64::from(self.texture.format().block_copy_size(None).unwrap_or(4))
     }
 }
 
-/// Number of texels by which a reduced picture of the largest size may be wider than its share of the room: its size is
-/// rounded up.
+/// Number of texels that are added to the share of the room of a reduced picture, whose size is rounded up, and may have
+/// one more block at each end.
 const SLACK_PX: u32 = 2;
-/// Number of texels by which a texture may be wider than it need be.
+/// Number of texels by which a texture may be wider than a new one would be, and still be taken.
 const WASTE_PX: u32 = 16;
 
 /// A pool with the pictures of an eye.
@@ -245,6 +253,7 @@ impl Targets {
     /// Returns the size of the texture for a picture of `size_px`: that of a texture that is there and not much too large,
     /// or else one with room for the picture that whole pictures of the largest size have.
     fn texture_px(&self, kind: &TargetKind, number: usize, size_px: [u32; 2]) -> [u32; 2] {
+        // A picture of one texel stands for one that the style lacks.
         let Some(room_px) = self.room_px.filter(|_| size_px != [1, 1]) else { return size_px };
         if size_px == self.size_px {
             return room_px;

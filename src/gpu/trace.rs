@@ -204,7 +204,7 @@ impl Traced {
             content: Some(target.content),
             texture: Some(target.texture.clone()),
             buffer: None,
-            bytes: target.bytes(),
+            bytes: target.used_bytes(),
         }
     }
 

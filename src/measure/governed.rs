@@ -42,7 +42,11 @@ pub(crate) struct GovernedStep {
 impl GovernedRun {
     /// Returns a sentence about the run.
     pub(crate) fn text(&self) -> String {
-        let held = self.held.map_or("no frame".to_owned(), |held| format!("{:.1} % of the frames", 100.0 * held));
+        let budget_ms = self.budget_ms;
+        let held = self.held.map_or_else(
+            || "the flight ended within the first second, of which no frame counts".to_owned(),
+            |held| format!("{:.1} % of the frames within {budget_ms} ms after the first second", 100.0 * held),
+        );
         let used: Vec<String> = self
             .steps
             .iter()
@@ -57,6 +61,6 @@ impl GovernedRun {
             1 => "1 change".to_owned(),
             count => format!("{count} changes"),
         };
-        format!("{held} within {} ms after the first second, {changes}: {}", self.budget_ms, used.join(", "))
+        format!("{held}, {changes}: {}", used.join(", "))
     }
 }

@@ -156,6 +156,8 @@ pub(super) struct Flight {
     settings: Settings,
     /// The settings between which the quality chooses.
     ladder: Ladder,
+    /// Since when pictures are of the same view, style and settings, while a budget is held.
+    still_since: Option<Instant>,
     scene_history: SceneHistory,
     styles: Styles,
     frame_times: FrameTimes,
@@ -223,6 +225,8 @@ struct LastPicture {
     tiles_loaded: u64,
     /// The chosen style, and what the quality made of it; `None` if that is the same.
     style: Option<(Style, Style)>,
+    /// The chosen style and the settings, while a budget is held.
+    seen: Option<(Style, Settings)>,
     /// Size of the picture of an eye, in pixels.
     picture_px: [u32; 2],
 }
@@ -287,7 +291,11 @@ impl Flight {
         let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway())
             || self.divided.as_ref().is_some_and(Compared::is_settling);
         self.stale = rendered
-            && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
+            && (self.last.prepared.tiles.loaded > 0
+                || self.last.prepared.tiles.late
+                || is_settling
+                || self.eyes_move
+                || self.ladder.waits_for_rest());
         let is_still = input.is_still()
             && !self.input.flies()
             && self.camera.is_still()
@@ -365,7 +373,7 @@ impl Flight {
         for pass in self.pass_times.passes() {
             text += &format!("\n  {}: {:.3} ms", pass.name, pass.gpu_ms);
         }
-        if let Some(line) = self.ladder.report() {
+        if let Some(line) = self.ladder.report(self.settings.scale(), self.settings.lod_error_px) {
             text += &format!("\n  {line}");
         }
         standard::print(&text)

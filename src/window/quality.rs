@@ -4,11 +4,12 @@
 //! Why: `docs/decisions/governor.md`.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
-use crate::frame::Antialias;
-use crate::governor::{Change, Frame, Governor, Step};
-use crate::measure::quality::{Front, Level};
+use crate::governor::{Frame, Governor, Limit, Step};
+use crate::measure::quality::{Front, Level, Point};
 use crate::measure::setting::{FRONTS, Setting};
+use crate::measure::trade;
 use crate::style::set::{self, SetValue};
 use crate::style::{Style, StyleError};
 
@@ -20,7 +21,7 @@ pub(crate) enum Quality {
     AsSet,
     /// At a level of the style's measured front.
     Level(Level),
-    /// With the most exact setting whose frames take at most this time, in milliseconds.
+    /// With the most expensive setting whose frames take at most this time, in milliseconds.
     Budget(f64),
 }
 
@@ -33,21 +34,30 @@ impl Quality {
         match self {
             Self::AsSet => "as set",
             Self::Level(level) => level.name(),
-            Self::Budget(_) => "hold a frame time",
+            Self::Budget(_) => "target frame time",
         }
+    }
+
+    /// Returns whether the same settings serve both.
+    fn has_settings_of(self, other: Self) -> bool {
+        self == other || matches!((self, other), (Self::Budget(_), Self::Budget(_)))
     }
 }
 
 /// Render scales of a style without a measured front, each with the cost that is assumed until it has been seen: part of a
 /// frame does not depend on its pixels.
-const SCALES: [f64; 5] = [0.5, 0.6, 0.7, 0.84, 1.0];
+const SCALES: [f64; 4] = [0.5, 0.6, 0.7, 0.84];
 
 fn assumed_cost(scale: f64) -> f64 {
     0.3 + 0.7 * scale * scale
 }
 
-/// Frames in the first second of a budget are not counted: the governor still searches.
+/// A point of a front that costs at least this share of the style as it is saves nothing that a governor can use.
+const CHEAPER: f64 = 0.97;
+/// Time after the first frame in which the governor may still search: its frames are not counted.
 const SEARCHES_S: f64 = 1.0;
+/// The step in the tags of frames at rest, of which the governor learns nothing.
+const AT_REST: u64 = 0xffff;
 
 /// The settings that a style can be drawn with, and the one that is.
 #[derive(Debug, Default)]
@@ -61,13 +71,24 @@ pub(super) struct Ladder {
     /// Whether the settings were measured.
     is_measured: bool,
     governor: Option<Governor>,
-    /// Index of the setting, without a governor.
-    fixed: usize,
+    /// Whether nothing moves, so that the time of a frame does not matter.
+    rests: bool,
     /// Number of the governor; frames of earlier ones do not count.
     number: u64,
-    /// The style with the present setting, and what it was made from.
-    drawn: Option<(Style, u64, f64, Style)>,
+    drawn: Option<Drawn>,
     tally: Tally,
+}
+
+/// A style with a setting.
+#[derive(Debug)]
+struct Drawn {
+    /// What it was made from.
+    of: Style,
+    tag: u64,
+    scale: f64,
+    style: Style,
+    /// Values that the style cannot have, because it lacks their section.
+    left_out: usize,
 }
 
 /// What a governor has done.
@@ -77,7 +98,6 @@ struct Tally {
     frames: u64,
     held: u64,
     changes: u64,
-    last: Option<Change>,
 }
 
 impl Ladder {
@@ -88,7 +108,15 @@ impl Ladder {
 
     /// Makes the settings for a style and a quality, if they are for others.
     pub(super) fn follow(&mut self, style: &str, quality: Quality) {
-        if self.of.as_ref().is_some_and(|(name, of)| name == style && *of == quality) {
+        if let Some((name, of)) = self.of.as_mut().filter(|(name, of)| name == style && of.has_settings_of(quality)) {
+            if *of != quality
+                && let (Quality::Budget(ms), Some(governor)) = (quality, &mut self.governor)
+            {
+                tracing::debug!("{name}: the budget is {ms} ms");
+                governor.set_budget_ms(ms);
+                self.tally = Tally::default();
+            }
+            *of = quality;
             return;
         }
         let is_of_style = |front: &&Front| front.style == style;
@@ -97,17 +125,17 @@ impl Ladder {
             Front::parse(text).ok()
         };
         let front = self.front.clone().filter(|front| is_of_style(&front)).or_else(built_in);
-        self.is_measured = front.is_some();
-        self.of = Some((style.to_owned(), quality));
-        self.number += 1;
-        self.tally = Tally::default();
-        (self.governor, self.settings, self.fixed) = (None, Vec::new(), 0);
+        let number = self.number + 1;
+        *self = Self {
+            of: Some((style.to_owned(), quality)),
+            front: self.front.take(),
+            is_measured: front.is_some(),
+            number,
+            ..Self::default()
+        };
         match (quality, front) {
             (Quality::AsSet, _) | (Quality::Level(_), None) => {}
-            (Quality::Level(level), Some(front)) => {
-                let point = front.point(level).and_then(|point| Setting::of(pairs(&point.set)).ok());
-                self.settings.extend(point);
-            }
+            (Quality::Level(level), Some(front)) => self.settings.extend(front.point(level).and_then(setting_of)),
             (Quality::Budget(budget_ms), front) => {
                 let steps = self.climb(front);
                 let top = steps.len() - 1;
@@ -118,18 +146,11 @@ impl Ladder {
 
     /// Fills the settings, from the cheapest one to the style as it is, and returns their steps.
     fn climb(&mut self, front: Option<Front>) -> Vec<Step> {
-        let mut rungs: Vec<(f64, Setting)> = match front {
-            // What is dearer than the style as it is, nobody has asked for.
-            Some(front) => front
-                .points
-                .iter()
-                .filter(|point| point.cost_ratio < 0.97)
-                .filter_map(|point| Some((point.cost_ratio, Setting::of(pairs(&point.set)).ok()?)))
-                .collect(),
+        let mut rungs: Vec<(f64, Setting)> = match &front {
+            Some(front) => monotonic(&front.points),
             None => {
-                let less = SCALES.iter().filter(|scale| **scale < 1.0);
-                less.map(|scale| (assumed_cost(*scale), Setting { scale: Some(*scale), ..Setting::default() }))
-                    .collect()
+                let at = |scale: &f64| (assumed_cost(*scale), Setting { scale: Some(*scale), ..Setting::default() });
+                SCALES.iter().map(at).collect()
             }
         };
         rungs.push((1.0, Setting::default()));
@@ -139,13 +160,23 @@ impl Ladder {
         steps
     }
 
-    /// Returns the present setting; `None` if there is nothing to change.
-    pub(super) fn setting(&self) -> Option<&Setting> {
-        self.settings.get(self.index())
+    /// Says whether nothing moves: then the style is drawn as it is, however long a frame takes.
+    pub(super) fn rest(&mut self, rests: bool) {
+        self.rests = rests && self.is_governed();
     }
 
-    fn index(&self) -> usize {
-        self.governor.as_ref().map_or(self.fixed, Governor::step)
+    /// Returns whether a rest would be drawn more exactly than the last frame.
+    pub(super) fn waits_for_rest(&self) -> bool {
+        !self.rests && self.governor.as_ref().is_some_and(|governor| governor.step() + 1 < self.settings.len())
+    }
+
+    /// Returns the present setting; `None` if there is nothing to change.
+    pub(super) fn setting(&self) -> Option<&Setting> {
+        match &self.governor {
+            Some(_) if self.rests => self.settings.last(),
+            Some(governor) => self.settings.get(governor.step()),
+            None => self.settings.first(),
+        }
     }
 
     /// Returns whether the time of frames must be measured.
@@ -155,90 +186,126 @@ impl Ladder {
 
     /// Returns the tag of a frame that is drawn with the present setting.
     pub(super) fn tag(&self) -> u64 {
-        (self.number << 16) | self.index() as u64
+        let step = self.governor.as_ref().map_or(0, |governor| governor.step() as u64);
+        (self.number << 16) | if self.rests { AT_REST } else { step }
     }
 
-    /// Returns the style with the present setting, for pictures that are `scale` times as large as the window.
+    /// Returns a style with the present setting, for pictures that are `scale` times as large as the window.
     pub(super) fn applied<'a>(&'a mut self, style: &'a Style, scale: f64) -> Cow<'a, Style> {
         let values = self.setting().map(|setting| setting.values.clone()).unwrap_or_default();
         if values.is_empty() && scale == 1.0 {
+            self.drawn = None;
             return Cow::Borrowed(style);
         }
         let tag = self.tag();
-        let is_known =
-            |(of, made_for, at, _): &(Style, u64, f64, Style)| (*made_for, *at) == (tag, scale) && of == style;
+        let is_known = |drawn: &Drawn| (drawn.tag, drawn.scale) == (tag, scale) && drawn.of == *style;
         if !self.drawn.as_ref().is_some_and(is_known) {
-            // A style without the section that a value is of is drawn without that value.
-            let with = with_values(style, &values).unwrap_or_else(|error| {
-                tracing::debug!("{}: {error}", style.name);
-                style.clone()
-            });
-            self.drawn = Some((style.clone(), tag, scale, with.scaled(scale)));
+            let (with, left_out) = with_values(style, &values);
+            let of = style.clone();
+            self.drawn = Some(Drawn { of, tag, scale, style: with.scaled(scale), left_out });
         }
-        self.drawn.as_ref().map_or(Cow::Borrowed(style), |(.., drawn)| Cow::Borrowed(drawn))
+        self.drawn.as_ref().map_or(Cow::Borrowed(style), |drawn| Cow::Borrowed(&drawn.style))
     }
 
     /// Takes the time of a frame with its tag; `cpu_ms` is that of the processor. Returns whether the setting changes.
     pub(super) fn record(&mut self, tag: u64, at_s: f64, gpu_ms: f64, cpu_ms: f64) -> bool {
         let Some(governor) = self.governor.as_mut().filter(|_| tag >> 16 == self.number) else { return false };
         let Some((_, Quality::Budget(budget_ms))) = self.of else { return false };
+        if tag & AT_REST == AT_REST {
+            return false;
+        }
         let begun_s = *self.tally.begun_s.get_or_insert(at_s);
         if at_s - begun_s > SEARCHES_S {
             self.tally.frames += 1;
-            self.tally.held += u64::from(gpu_ms.max(cpu_ms) <= budget_ms);
+            self.tally.held += u64::from(gpu_ms <= budget_ms);
         }
-        let step = usize::try_from(tag & 0xffff).unwrap_or(usize::MAX);
+        let step = usize::try_from(tag & AT_REST).unwrap_or(usize::MAX);
         let change = governor.record(&Frame { at_s, step, gpu_ms, cpu_ms });
         self.tally.changes += u64::from(change.is_some());
-        self.tally.last = change.or(self.tally.last);
         change.is_some()
     }
 
-    /// Returns the smoothing of edges, if the setting has one.
-    pub(super) fn antialias(&self) -> Option<Antialias> {
-        self.setting().and_then(|setting| setting.antialias)
-    }
-
-    /// Returns what the present setting gives up, in words; `None` if nothing is.
-    pub(super) fn given_up(&self) -> Option<String> {
-        let Setting { lod_error_px, scale, antialias, values } = self.setting()?;
-        let scale = scale.filter(|scale| *scale != 1.0).map(|scale| format!("resolution {scale}"));
-        let lod_error = lod_error_px.filter(|px| *px > 1.0).map(|px| format!("terrain error {px} px"));
-        let antialias =
-            antialias.filter(|antialias| *antialias == Antialias::None).map(|_| "edges not smoothed".to_owned());
-        let values = values.iter().map(SetValue::to_string);
-        let parts: Vec<String> = [scale, lod_error, antialias].into_iter().flatten().chain(values).collect();
+    /// Returns what the present setting gives up of the user's settings, in words; `None` if nothing is. `scale` and
+    /// `lod_error_px` are the resolution and the terrain error that the user has set.
+    pub(super) fn given_up(&self, scale: f64, lod_error_px: f64) -> Option<String> {
+        let setting = self.setting()?;
+        let resolution = setting.scale.filter(|lower| *lower < scale).map(|lower| format!("resolution {lower}"));
+        let error = setting.lod_error_px.filter(|more| *more > lod_error_px);
+        let error = error.map(|more_px| format!("terrain error {more_px} px"));
+        let differs = |value: &&SetValue| {
+            let of = self.drawn.as_ref().map(|drawn| &drawn.of);
+            of.is_none_or(|style| with_values(style, std::slice::from_ref(value)).0 != *style)
+        };
+        let values = setting.values.iter().filter(differs).map(SetValue::to_string);
+        let parts: Vec<String> = resolution.into_iter().chain(error).chain(values).collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
 
-    /// Returns what the panel says about the quality; `None` if it is as set.
-    pub(super) fn words(&self) -> Option<String> {
+    /// Returns what the panel says about the quality; `None` if it is as set. The arguments are those of
+    /// [`Ladder::given_up`].
+    pub(super) fn words(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         let (style, quality) = self.of.as_ref()?;
         if let (Quality::Level(_), None) = (quality, self.setting()) {
             return Some(format!(
-                "{style} has no measured levels: it is drawn as set (hachure bench --sweep measures them)"
+                "{style} has no measured levels, so it is drawn as set. Measure them with hachure bench --sweep, then \
+                 start hachure fly --quality draft --front front-{style}.toml."
             ));
         }
-        let Quality::Budget(budget_ms) = quality else { return self.given_up() };
-        let now = self.given_up().unwrap_or_else(|| "everything as set".to_owned());
+        let left_out = match self.drawn.as_ref().map_or(0, |drawn| drawn.left_out) {
+            0 => "",
+            _ => " This style lacks some of the measured values.",
+        };
+        let Quality::Budget(budget_ms) = quality else {
+            return self.given_up(scale, lod_error_px).map(|words| format!("{words}.{left_out}"));
+        };
+        let now = self.given_up(scale, lod_error_px).unwrap_or_else(|| "as set".to_owned());
         let held = (self.tally.frames > 0).then(|| 100.0 * self.tally.held as f64 / self.tally.frames as f64);
         let held = held.map_or(String::new(), |held| format!("; {held:.1} % of frames within {budget_ms} ms"));
+        let limit = match self.governor.as_ref().and_then(Governor::limit) {
+            Some(Limit::Cheapest) => " The cheapest setting takes longer.",
+            Some(Limit::Processor) => " The processor is the limit: a lower resolution would not help.",
+            None => "",
+        };
         let unmeasured =
-            if self.is_measured { "" } else { ". Not measured for this style: only the resolution changes" };
-        Some(format!("{now}{held}{unmeasured}"))
+            if self.is_measured { "" } else { " This style has no measurements, so only the resolution changes." };
+        Some(format!("Now {now}{held}.{limit}{unmeasured}{left_out}"))
     }
 
-    /// Returns a line about the governor for `--frames`; `None` without one.
-    pub(super) fn report(&self) -> Option<String> {
+    /// Returns a line about the governor for `--frames`; `None` without one. The arguments are those of
+    /// [`Ladder::given_up`].
+    pub(super) fn report(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         self.governor.as_ref()?;
+        let Some((_, Quality::Budget(budget_ms))) = self.of else { return None };
         let Tally { frames, held, changes, .. } = self.tally;
-        let words = self.given_up().unwrap_or_else(|| "everything as set".to_owned());
-        Some(format!("{held} of {frames} frames within the budget, {changes} changes, in the end {words}"))
+        let words = self.given_up(scale, lod_error_px).unwrap_or_else(|| "as set".to_owned());
+        let changes = if changes == 1 { "1 change".to_owned() } else { format!("{changes} changes") };
+        Some(format!("{held} of {frames} frames within {budget_ms} ms, {changes}; at the end: {words}"))
     }
 }
 
-fn pairs(set: &std::collections::BTreeMap<String, String>) -> impl Iterator<Item = (&str, &str)> {
-    set.iter().map(|(key, text)| (key.as_str(), text.as_str()))
+/// Returns the settings of a front for a governor, each with its cost relative to the style as it is: what is dearer than
+/// that nobody has asked for, and a dearer setting with a greater error is left out.
+fn monotonic(points: &[Point]) -> Vec<(f64, Setting)> {
+    let has_lines = points.iter().any(|point| point.errors.contains_key(trade::LINES_LOST));
+    let key = if has_lines { trade::LINES_LOST } else { trade::TONE_ERROR };
+    let mut least = f64::INFINITY;
+    let cheaper = points.iter().filter(|point| point.cost_ratio < CHEAPER);
+    cheaper
+        .filter(|point| {
+            let error = point.errors.get(key).copied().unwrap_or(0.0);
+            let is_better = error < least;
+            least = least.min(error);
+            is_better
+        })
+        .filter_map(|point| Some((point.cost_ratio, setting_of(point)?)))
+        .collect()
+}
+
+fn setting_of(point: &Point) -> Option<Setting> {
+    let pairs = |set: &'_ BTreeMap<String, String>| set.clone();
+    let set = pairs(&point.set);
+    let setting = Setting::of(set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
+    setting.inspect_err(|error| tracing::warn!("a setting of the front is left out: {error}")).ok()
 }
 
 /// Returns the values of a setting whose change restarts strokes.
@@ -246,12 +313,29 @@ fn of_strokes(setting: &Setting) -> Vec<&SetValue> {
     setting.values.iter().filter(|value| value.key.starts_with("strokes.")).collect()
 }
 
-fn with_values(style: &Style, values: &[SetValue]) -> Result<Style, StyleError> {
+/// Returns a style with those of the values that it can have, and how many it cannot.
+fn with_values(style: &Style, values: &[SetValue]) -> (Style, usize) {
+    let with = |style: &Style, values: &[SetValue]| -> Result<Style, StyleError> {
+        let text = set::with_values(&style.name, &style.text(), style, values)?;
+        Style::parse_with(&style.name, &text, &style.recipe_files())
+    };
     if values.is_empty() {
-        return Ok(style.clone());
+        return (style.clone(), 0);
     }
-    let text = set::with_values(&style.name, &style.text(), style, values)?;
-    Style::parse_with(&style.name, &text, &style.recipe_files())
+    if let Ok(with) = with(style, values) {
+        return (with, 0);
+    }
+    let (mut changed, mut left_out) = (style.clone(), 0);
+    for value in values {
+        match with(&changed, std::slice::from_ref(value)) {
+            Ok(with) => changed = with,
+            Err(error) => {
+                tracing::debug!("{}: {error}", style.name);
+                left_out += 1;
+            }
+        }
+    }
+    (changed, left_out)
 }
 
 #[cfg(test)]
@@ -264,65 +348,128 @@ mod tests {
         Style::load(name).unwrap()
     }
 
+    fn front(style: &str, points: &[(f64, &[(&str, &str)], f64)]) -> Front {
+        let point = |(cost_ratio, set, lost): &(f64, &[(&str, &str)], f64)| Point {
+            cost_ratio: *cost_ratio,
+            set: set.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect(),
+            errors: [(trade::LINES_LOST.to_owned(), *lost)].into(),
+            ..Point::default()
+        };
+        Front {
+            style: style.to_owned(),
+            points: points.iter().map(point).collect(),
+            ..Front::parse(FRONTS[0].1).unwrap()
+        }
+    }
+
     #[test]
     fn a_level_is_a_point_of_the_front() {
         let mut ladder = Ladder::default();
         ladder.follow("ink", Quality::Level(Level::Draft));
-        assert!(ladder.setting().unwrap().scale.unwrap() < 1.0 && !ladder.is_governed());
+        assert!(!ladder.is_governed());
         let scale = ladder.setting().unwrap().scale.unwrap();
+        assert!(scale < 1.0);
         let ink = style("ink");
         let drawn = ladder.applied(&ink, scale).into_owned();
         assert!(drawn != ink && drawn.name == "ink");
-        assert!(ladder.words().unwrap().contains("resolution"));
+        // What the front sets as the style has it is not given up; nor is a resolution that the user has set lower.
+        assert_eq!(ladder.words(1.0, 1.0).unwrap(), format!("resolution {scale}."));
+        assert_eq!(ladder.words(scale, 1.0), None);
         // A style without a front is drawn as it is, and the panel says so.
         ladder.follow("plain", Quality::Level(Level::Draft));
-        assert!(ladder.setting().is_none() && ladder.words().unwrap().contains("no measured levels"));
+        assert!(ladder.setting().is_none() && ladder.words(1.0, 1.0).unwrap().contains("no measured levels"));
         assert_eq!(*ladder.applied(&style("plain"), 1.0), style("plain"));
         ladder.follow("ink", Quality::AsSet);
-        assert!(ladder.setting().is_none() && ladder.words().is_none());
+        assert!(ladder.setting().is_none() && ladder.words(1.0, 1.0).is_none());
+    }
+
+    /// A flight whose frames take `full_ms` at full resolution.
+    fn fly(ladder: &mut Ladder, now_s: &mut f64, seconds: f64, full_ms: f64) {
+        let end_s = *now_s + seconds;
+        while *now_s < end_s {
+            *now_s += 0.016;
+            let scale = ladder.setting().and_then(|setting| setting.scale).unwrap_or(1.0);
+            ladder.record(ladder.tag(), *now_s, full_ms * assumed_cost(scale), 1.0);
+        }
     }
 
     #[test]
     fn a_budget_moves_along_the_front_and_back() {
         for name in ["ink", "pencil"] {
-            let mut ladder = Ladder::default();
+            let (mut ladder, mut now_s) = (Ladder::default(), 0.0);
             ladder.follow(name, Quality::Budget(10.0));
-            assert!(ladder.given_up().is_none(), "it begins with the style as it is");
-            let mut now_s = 0.0;
-            let mut fly = |ladder: &mut Ladder, seconds: f64, full_ms: f64| {
-                let end_s = now_s + seconds;
-                while now_s < end_s {
-                    now_s += 0.016;
-                    let scale = ladder.setting().and_then(|setting| setting.scale).unwrap_or(1.0);
-                    ladder.record(ladder.tag(), now_s, full_ms * assumed_cost(scale), 1.0);
-                }
-            };
-            fly(&mut ladder, 3.0, 5.0);
-            assert!(ladder.given_up().is_none(), "{name}");
-            fly(&mut ladder, 3.0, 13.0);
-            assert!(ladder.given_up().unwrap().contains("resolution"), "{name}");
-            assert!(ladder.words().unwrap().contains("% of frames within 10 ms"));
-            assert_eq!(ladder.words().unwrap().contains("Not measured"), name == "pencil");
-            fly(&mut ladder, 20.0, 5.0);
-            assert!(ladder.given_up().is_none(), "{name}: {:?}", ladder.tally);
-            // Planted: frames of another governor change nothing.
-            let (before, tag) = (ladder.tally.frames, ladder.tag());
-            ladder.follow(name, Quality::Budget(11.0));
-            (0..50).for_each(|_| _ = ladder.record(tag, 100.0, 99.0, 1.0));
-            assert!(ladder.given_up().is_none() && before > 0 && ladder.tally.frames == 0, "{name}");
+            assert!(ladder.given_up(1.0, 1.0).is_none(), "it begins with the style as it is");
+            fly(&mut ladder, &mut now_s, 3.0, 5.0);
+            assert!(ladder.given_up(1.0, 1.0).is_none(), "{name}");
+            fly(&mut ladder, &mut now_s, 3.0, 13.0);
+            assert!(ladder.given_up(1.0, 1.0).unwrap().contains("resolution"), "{name}");
+            let words = ladder.words(1.0, 1.0).unwrap();
+            assert!(words.contains("% of frames within 10 ms"), "{words}");
+            assert_eq!(words.contains("no measurements"), name == "pencil");
+            // A rest is drawn as the style is, and the flight goes on as before.
+            assert!(ladder.waits_for_rest());
+            let (flown, frames) = (ladder.tag(), ladder.tally.frames);
+            ladder.rest(true);
+            assert!(ladder.given_up(1.0, 1.0).is_none() && !ladder.waits_for_rest() && ladder.tag() != flown);
+            (0..50).for_each(|_| _ = ladder.record(ladder.tag(), now_s, 99.0, 1.0));
+            ladder.rest(false);
+            assert_eq!((ladder.tag(), ladder.tally.frames), (flown, frames));
+            fly(&mut ladder, &mut now_s, 20.0, 5.0);
+            assert!(ladder.given_up(1.0, 1.0).is_none(), "{name}: {:?}", ladder.tally);
+            // Another budget keeps the setting.
+            fly(&mut ladder, &mut now_s, 3.0, 13.0);
+            let flown = ladder.tag();
+            ladder.follow(name, Quality::Budget(9.0));
+            assert_eq!((ladder.tag(), ladder.tally.frames), (flown, 0), "{name}");
+            // Planted: frames of another style's governor change nothing.
+            ladder.follow("strokes", Quality::Budget(9.0));
+            (0..50).for_each(|_| _ = ladder.record(flown, 100.0, 99.0, 1.0));
+            assert!(ladder.given_up(1.0, 1.0).is_none() && ladder.tally.frames == 0, "{name}");
         }
     }
 
     #[test]
-    fn a_value_of_a_section_that_is_gone_is_left_out() {
-        let mut front = Front::parse(FRONTS[0].1).unwrap();
-        front.style = "plain".to_owned();
-        for point in &mut front.points {
-            point.set.insert("strokes.resolution".to_owned(), "0.5".to_owned());
+    fn what_cannot_be_held_is_said() {
+        let (mut ladder, mut now_s) = (Ladder::default(), 0.0);
+        ladder.follow("pencil", Quality::Budget(10.0));
+        fly(&mut ladder, &mut now_s, 3.0, 60.0);
+        assert!(ladder.words(1.0, 1.0).unwrap().contains("cheapest setting takes longer"));
+        for _ in 0..20 {
+            now_s += 0.03;
+            ladder.record(ladder.tag(), now_s, 3.0, 30.0);
         }
+        assert!(ladder.words(1.0, 1.0).unwrap().contains("processor is the limit"));
+        fly(&mut ladder, &mut now_s, 5.0, 3.0);
+        let words = ladder.words(1.0, 1.0).unwrap();
+        assert!(!words.contains("limit") && !words.contains("cheapest"), "{words}");
+    }
+
+    #[test]
+    fn a_dearer_setting_is_no_worse() {
+        let points: &[(f64, &[(&str, &str)], f64)] = &[
+            (0.3, &[("scale", "0.5")], 6.0),
+            (0.5, &[("lod-error", "8")], 7.0),
+            (0.6, &[("scale", "0.75")], 2.0),
+            (0.99, &[("lod-error", "0.9")], 0.5),
+            (1.2, &[("lod-error", "0.5")], 0.1),
+        ];
+        let mut ladder = Ladder::with_front(Some(front("plain", points)));
+        ladder.follow("plain", Quality::Budget(10.0));
+        let scales: Vec<_> = ladder.settings.iter().map(|setting| setting.scale).collect();
+        assert_eq!(scales, [Some(0.5), Some(0.75), None]);
+    }
+
+    #[test]
+    fn a_value_of_a_section_that_is_gone_is_left_out() {
+        let points: &[(f64, &[(&str, &str)], f64)] =
+            &[(0.5, &[("strokes.resolution", "0.5"), ("paper.grain", "0.5")], 1.0)];
+        let mut front = front("plain", points);
+        front.points[0].levels = vec![Level::Draft];
         let mut ladder = Ladder::with_front(Some(front));
-        ladder.follow("plain", Quality::Level(Level::Exact));
-        assert!(!ladder.setting().unwrap().values.is_empty());
-        assert_eq!(*ladder.applied(&style("plain"), 1.0), style("plain"));
+        ladder.follow("plain", Quality::Level(Level::Draft));
+        let plain = style("plain");
+        let drawn = ladder.applied(&plain, 1.0).into_owned();
+        assert_eq!(drawn.paper.grain, 0.5, "the other value is there");
+        assert!(ladder.words(1.0, 1.0).unwrap().contains("lacks some"));
     }
 }

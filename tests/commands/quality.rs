@@ -50,7 +50,10 @@ fn a_front_is_measured_and_drawn_with() {
     assert_eq!(report["runs"][0]["allowed_error_px"]["p50"], 64.0, "{report}");
 
     for (arguments, cause) in [
-        (&["--quality", "draft", "--style", "plain"][..], "plain has no measured settings (only ink has)"),
+        (
+            &["--quality", "draft", "--style", "plain"][..],
+            "plain has no measured settings for --quality and --budget (only ink has)",
+        ),
         (&["--quality", "best"], "draft"),
         (&["--front", "trade/front-ink.toml"], "--quality"),
         (&["--quality", "draft", "--like", "draft.png"], "--like"),

@@ -78,7 +78,8 @@ impl Flight {
         let earth = EarthPlace::of_grid(store.georeference(), size.width, size.height);
         let (pose, pair, prepared) = (start.pose(), options.pair, Prepared::default());
         let picture_px = settings.picture_px(screen.size_px());
-        let last = LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0, style: None, picture_px };
+        let last =
+            LastPicture { pose, time_s: 0.0, pair, prepared, tiles_loaded: 0, style: None, seen: None, picture_px };
         window.set_title(&format!("{} — hachure", world.name));
         // An event loop that has ended needs no waking.
         let [of_pictures, of_files] = [proxy.clone(), proxy.clone()];
@@ -130,6 +131,7 @@ impl Flight {
             viewer: PictureViewer::new(),
             traffic: Traffic::default(),
             ladder: Ladder::with_front(options.front.clone()),
+            still_since: None,
             welcomes: !options.remembered.is_welcomed && options.frames.is_none(),
             remembered: options.remembered.clone(),
             gallery: Gallery::default(),

@@ -142,7 +142,7 @@ impl Flight {
         rig: &Rig,
         light: &Light,
         step_s: f64,
-        (antialias, scale): (Antialias, f64),
+        (antialias, scale, room_px): (Antialias, f64, Option<[u32; 2]>),
     ) -> Result<(), WindowError> {
         let Some(mut divided) = self.divided.take_if(|_| self.settings.eyes == Eyes::Mono) else { return Ok(()) };
         let left = divided.divider.left;
@@ -160,6 +160,7 @@ impl Flight {
         let renderer = Renderer::or_new(&mut divided.renderer, &self.gpu)?;
         renderer.set_step_s(step_s);
         renderer.set_antialias(antialias);
+        renderer.set_room(room_px);
         renderer.set_builds(Builds::InBackground);
         divided.drawn = divided.style.scaled(scale);
         renderer.render_eyes(&self.gpu, &mut self.world.surfaces, rig, &divided.drawn, light)?;

@@ -58,7 +58,7 @@ impl Flight {
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
-        let quality = self.ladder.words();
+        let quality = self.ladder.words(self.settings.scale(), self.settings.lod_error_px);
         let stats = PanelStats {
             adapter: &self.adapter,
             picture_px: self.last.picture_px,

@@ -1,6 +1,6 @@
 //! The picture of a frame: it is rendered and brought to the screen.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::Flight;
 use crate::composite::PICTURE;
@@ -16,6 +16,8 @@ use crate::window::dock::Pane;
 use crate::window::overlay::Painted;
 use crate::window::quality::Quality;
 
+/// Time without a change after which the style is drawn as it is, however long a frame takes.
+const REST: Duration = Duration::from_millis(500);
 /// Allowed error of the land of a flight for which none is given, in pixels.
 const DEFAULT_LOD_ERROR_PX: f64 = 1.0;
 
@@ -28,12 +30,18 @@ impl Flight {
         let window_px = self.screen.size_px();
         let chosen = self.compared.as_ref().unwrap_or(&self.styles.list()[self.settings.style]);
         self.ladder.follow(&chosen.name, self.settings.quality);
+        let (now, pose) = (Instant::now(), self.camera.pose());
+        let is_as_before = self.frames_left.is_none()
+            && self.last.pose == pose
+            && self.last.seen.as_ref().is_some_and(|(style, settings)| style == chosen && *settings == self.settings);
+        self.still_since = is_as_before.then(|| self.still_since.unwrap_or(now));
+        self.ladder.rest(self.still_since.is_some_and(|since| now - since >= REST));
+        self.last.seen = self.ladder.is_governed().then(|| (chosen.clone(), self.settings.clone()));
         let setting = self.ladder.setting().cloned().unwrap_or_default();
         let scale = self.settings.scale().min(setting.scale.unwrap_or(1.0));
         let picture_px = self.settings.scaled_px(window_px, scale);
-        let antialias = self.ladder.antialias().unwrap_or(self.settings.antialias);
+        let antialias = self.settings.antialias;
         let light = self.light();
-        let pose = self.camera.pose();
         // An estimate without readback: `Surfaces::nearest_m` is at most half the height above the ground.
         let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
         self.eyes_move = self.settings.follow_land(nearest_m, step_s);
@@ -52,7 +60,8 @@ impl Flight {
         renderer.set_step_s(step_s);
         renderer.set_antialias(antialias);
         // The governor changes the size of pictures from frame to frame.
-        renderer.set_room(is_governed.then(|| self.settings.picture_px(window_px)));
+        let room_px = is_governed.then(|| self.settings.picture_px(window_px));
+        renderer.set_room(room_px);
         renderer.set_frame_tag(tag);
         // A window never waits for a compiler.
         renderer.set_builds(Builds::InBackground);
@@ -62,14 +71,13 @@ impl Flight {
             (false, true) => Submits::Framed,
             (false, false) => Submits::Whole,
         });
-        let now = Instant::now();
         let traces = self.dock.is_shown(Pane::Cost) && self.traffic.is_due(&style.name, now);
         renderer.set_traces(traces);
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
         if traces {
             self.traffic.count(renderer.trace(), &style.name, now);
         }
-        self.render_left(&rig, &light, step_s, (antialias, scale))?;
+        self.render_left(&rig, &light, step_s, (antialias, scale, room_px))?;
         self.navigation.drew(&rig.eyes);
         if let Some(renderer) = &self.renderer {
             self.stroke_numbers.request(&self.gpu, renderer.strokes());
