@@ -274,7 +274,7 @@ impl Renderer {
 
     /// Sets the size of the largest pictures, in pixels, for which the textures of each eye have room. Pictures of other
     /// sizes then need no new textures, and strokes and the temporal mean continue when the size changes. With `None`,
-    /// the default, textures are as large as pictures, and a new size starts anew.
+    /// the default, textures are as large as pictures, and strokes and the mean begin again in another size.
     pub(crate) fn set_room(&mut self, room_px: Option<[u32; 2]>) {
         self.room_px = room_px;
     }

@@ -9,7 +9,7 @@ use super::arguments;
 use super::misuse::Misuse;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::{named, quoted};
-use crate::measure::quality::{self, Front, Level, Point};
+use crate::measure::quality::{self, Front, Level};
 use crate::measure::setting::{FRONTS, Setting};
 
 /// `--quality` and `--front`.
@@ -26,7 +26,7 @@ pub(crate) struct QualityArgs {
     pub front: Option<PathBuf>,
 }
 
-/// What a front is used for.
+/// The use of a front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Use {
     /// A picture of the size that the user asks for, so without another render scale.
@@ -51,11 +51,10 @@ impl QualityArgs {
         };
         let (front, from) = self.front_of(style)?;
         let front = if use_of == Use::Picture { front.at_full_size() } else { front };
-        let Some(Point { set, .. }) = front.point(level) else {
+        let Some(point) = front.point(level) else {
             bail!("{from}: none of its points has the level {}", level.name())
         };
-        let setting = Setting::of(set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
-        setting.map(Some).map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))
+        point.setting().map(Some).map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))
     }
 
     /// Returns the measured front of a style, which is a preset or a file, and what to call the front in messages.

@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::report::{Report, Run};
+use super::setting::Setting;
 use super::trade::{self, Trade};
 use crate::file::FileError;
 use crate::file::atomic;
@@ -56,6 +57,16 @@ pub(crate) struct Point {
     pub set: BTreeMap<String, String>,
     /// Errors against a converged reference, by the key of their column in a report.
     pub errors: BTreeMap<String, f64>,
+}
+
+impl Point {
+    /// Returns the setting.
+    ///
+    /// # Errors
+    /// Those of [`Setting::of`].
+    pub(crate) fn setting(&self) -> Result<Setting, String> {
+        Setting::of(self.set.iter().map(|(key, text)| (key.as_str(), text.as_str())))
+    }
 }
 
 /// A named point on the front.

@@ -1,4 +1,4 @@
-//! What a point of a front, or a setting of a sweep, changes; and the fronts that are built in.
+//! The changes that a point of a front, or a setting of a sweep, makes; and the fronts that are built in.
 
 use super::trade::SCALE;
 use crate::frame::Antialias;
@@ -11,7 +11,7 @@ const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
 /// The measured fronts of presets, by name.
 pub(crate) const FRONTS: &[(&str, &str)] = &[("ink", include_str!("../../benches/fronts/ink.toml"))];
 
-/// What a point of a front, or a setting of a sweep, changes.
+/// The changes that a point of a front, or a setting of a sweep, makes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Setting {
     pub lod_error_px: Option<f64>,
@@ -39,5 +39,14 @@ impl Setting {
             }
         }
         Ok(setting)
+    }
+
+    /// Returns whether temporal strokes restart where another setting becomes this one: another value of strokes does it,
+    /// and another resolution does not.
+    pub(crate) fn restarts_strokes_of(&self, other: &Self) -> bool {
+        let of_strokes = |setting: &Self| -> Vec<SetValue> {
+            setting.values.iter().filter(|value| value.key.starts_with("strokes.")).cloned().collect()
+        };
+        of_strokes(self) != of_strokes(other)
     }
 }

@@ -82,7 +82,7 @@ const ALWAYS: [&str; 6] = [
     "composite/composite",
 ];
 
-/// What frames of a style need.
+/// The needs of a style's frames.
 #[derive(Clone, Debug, PartialEq)]
 struct Need {
     /// Number of runs of each pass.
@@ -145,7 +145,7 @@ impl Removed<'_> {
 struct Place {
     world: World,
     poses: [Pose; 2],
-    /// What the device had allocated before there was a renderer, without the land, in bytes.
+    /// Bytes that the device had allocated before there was a renderer, without the land.
     base_bytes: u64,
 }
 
@@ -256,10 +256,10 @@ fn remove_parts(
     is_wanted: &mut dyn FnMut(&str) -> bool,
     wrong: &mut Vec<String>,
 ) -> Vec<&'static str> {
-    let coarse = |mut style: Style| {
-        let fine = common::preset(preset);
-        if let (Some(rows), Some(fine)) = (style.rows_mut(), fine.rows()) {
-            rows.spacing_px = fine.spacing_px;
+    let with_spacing_of_tests = |mut style: Style| {
+        let of_tests = common::preset(preset);
+        if let (Some(rows), Some(of_tests)) = (style.rows_mut(), of_tests.rows()) {
+            rows.spacing_px = of_tests.spacing_px;
         }
         style
     };
@@ -295,8 +295,8 @@ fn remove_parts(
         let reduced_style = if *key == "rims" {
             common::preset(preset).without(&["rims"])
         } else {
-            let style = coarse(without(preset, key).unwrap());
-            assert_eq!(style, coarse(never_with(preset, key)), "{preset} without {key}");
+            let style = with_spacing_of_tests(without(preset, key).unwrap());
+            assert_eq!(style, with_spacing_of_tests(never_with(preset, key)), "{preset} without {key}");
             style.without(others)
         };
         // The style loses the part while it is drawn.
@@ -370,6 +370,8 @@ fn a_style_without_a_part_needs_nothing_of_it() {
     let missing = PARTS.iter().map(|(key, _)| *key).filter(|key| !seen.contains_key(*key));
     if common::full() {
         assert_eq!(missing.collect::<Vec<_>>(), ["focus"], "no preset has these");
+    } else {
+        assert!(seen.contains_key("lines") && seen.contains_key("strokes") && seen.contains_key("water"), "{seen:?}");
     }
 }
 

@@ -207,6 +207,7 @@ mod tests {
                 adapter: "",
                 picture_px: [640, 360],
                 quality: None,
+                has_levels: true,
                 frame_times: &FrameTimes::default(),
                 pass_times: &pass_times,
                 triangles: 12_345,

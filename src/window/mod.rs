@@ -202,7 +202,7 @@ pub(crate) struct FlightOptions {
     pub path: Option<String>,
     /// Initial size of the window.
     pub size_px: [u32; 2],
-    /// Initial quality.
+    /// The quality at the start.
     pub quality: Quality,
     /// The measured front that is used for its style.
     pub front: Option<Front>,

@@ -36,6 +36,8 @@ pub(super) struct PanelStats<'a> {
     pub picture_px: [u32; 2],
     /// What the quality gives up, or why it has no effect.
     pub quality: Option<&'a str>,
+    /// Whether the style has measured levels.
+    pub has_levels: bool,
     /// Times from frame to frame.
     pub frame_times: &'a FrameTimes,
     /// GPU times by pass.
@@ -279,7 +281,12 @@ fn quality(ui: &mut Ui, stats: &PanelStats<'_>, settings: &mut Settings) {
             let shown =
                 egui::ComboBox::from_id_salt("quality").selected_text(settings.quality.name()).show_ui(ui, |ui| {
                     for choice in choices {
-                        ui.selectable_value(&mut settings.quality, choice, choice.name());
+                        let is_there = stats.has_levels || !matches!(choice, Quality::Level(_));
+                        let button = egui::Button::selectable(settings.quality == choice, choice.name());
+                        let hint = "This style has no measured levels: hachure bench --sweep measures them.";
+                        if ui.add_enabled(is_there, button).on_disabled_hover_text(hint).clicked() {
+                            settings.quality = choice;
+                        }
                     }
                 });
             named(ui, shown.response.id, "Quality");

@@ -4,9 +4,8 @@
 //! Why: `docs/decisions/governor.md`.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
-use crate::governor::{Frame, Governor, Limit, Step};
+use crate::governor::{Frame, Governor, Limit, Step, Tally};
 use crate::measure::quality::{Front, Level, Point};
 use crate::measure::setting::{FRONTS, Setting};
 use crate::measure::trade;
@@ -54,8 +53,6 @@ fn assumed_cost(scale: f64) -> f64 {
 
 /// A point of a front that costs at least this share of the style as it is saves nothing that a governor can use.
 const CHEAPER: f64 = 0.97;
-/// Time after the first frame in which the governor may still search: its frames are not counted.
-const SEARCHES_S: f64 = 1.0;
 /// The step in the tags of frames at rest, of which the governor learns nothing.
 const AT_REST: u64 = 0xffff;
 
@@ -77,6 +74,8 @@ pub(super) struct Ladder {
     number: u64,
     drawn: Option<Drawn>,
     tally: Tally,
+    /// Number of changes of the setting.
+    changes: u64,
 }
 
 /// A style with a setting.
@@ -91,16 +90,12 @@ struct Drawn {
     left_out: usize,
 }
 
-/// What a governor has done.
-#[derive(Clone, Debug, Default)]
-struct Tally {
-    begun_s: Option<f64>,
-    frames: u64,
-    held: u64,
-    changes: u64,
-}
-
 impl Ladder {
+    /// Returns whether the style that is drawn has measured levels.
+    pub(super) fn has_levels(&self) -> bool {
+        self.is_measured
+    }
+
     /// Creates a ladder that uses `front` for the style of which it is.
     pub(super) fn with_front(front: Option<Front>) -> Self {
         Self { front, ..Self::default() }
@@ -154,7 +149,7 @@ impl Ladder {
             }
         };
         rungs.push((1.0, Setting::default()));
-        let restarts = |index: usize| index > 0 && of_strokes(&rungs[index].1) != of_strokes(&rungs[index - 1].1);
+        let restarts = |index: usize| index > 0 && rungs[index].1.restarts_strokes_of(&rungs[index - 1].1);
         let steps = (0..rungs.len()).map(|index| Step { cost: rungs[index].0, restarts: restarts(index) }).collect();
         self.settings = rungs.into_iter().map(|(_, setting)| setting).collect();
         steps
@@ -214,14 +209,10 @@ impl Ladder {
         if tag & AT_REST == AT_REST {
             return false;
         }
-        let begun_s = *self.tally.begun_s.get_or_insert(at_s);
-        if at_s - begun_s > SEARCHES_S {
-            self.tally.frames += 1;
-            self.tally.held += u64::from(gpu_ms <= budget_ms);
-        }
+        self.tally.count(at_s, gpu_ms, budget_ms);
         let step = usize::try_from(tag & AT_REST).unwrap_or(usize::MAX);
         let change = governor.record(&Frame { at_s, step, gpu_ms, cpu_ms });
-        self.tally.changes += u64::from(change.is_some());
+        self.changes += u64::from(change.is_some());
         change.is_some()
     }
 
@@ -259,8 +250,8 @@ impl Ladder {
             return self.given_up(scale, lod_error_px).map(|words| format!("{words}.{left_out}"));
         };
         let now = self.given_up(scale, lod_error_px).unwrap_or_else(|| "as set".to_owned());
-        let held = (self.tally.frames > 0).then(|| 100.0 * self.tally.held as f64 / self.tally.frames as f64);
-        let held = held.map_or(String::new(), |held| format!("; {held:.1} % of frames within {budget_ms} ms"));
+        let held = self.tally.share().map(|share| format!("; {:.1} % of frames within {budget_ms} ms", 100.0 * share));
+        let held = held.unwrap_or_default();
         let limit = match self.governor.as_ref().and_then(Governor::limit) {
             Some(Limit::Cheapest) => " The cheapest setting takes longer.",
             Some(Limit::Processor) => " The processor is the limit: a lower resolution would not help.",
@@ -276,7 +267,7 @@ impl Ladder {
     pub(super) fn report(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         self.governor.as_ref()?;
         let Some((_, Quality::Budget(budget_ms))) = self.of else { return None };
-        let Tally { frames, held, changes, .. } = self.tally;
+        let (Tally { frames, held, .. }, changes) = (self.tally, self.changes);
         let words = self.given_up(scale, lod_error_px).unwrap_or_else(|| "as set".to_owned());
         let changes = if changes == 1 { "1 change".to_owned() } else { format!("{changes} changes") };
         Some(format!("{held} of {frames} frames within {budget_ms} ms, {changes}; at the end: {words}"))
@@ -301,16 +292,9 @@ fn monotonic(points: &[Point]) -> Vec<(f64, Setting)> {
         .collect()
 }
 
+/// Returns the setting of a point, if it is valid.
 fn setting_of(point: &Point) -> Option<Setting> {
-    let pairs = |set: &'_ BTreeMap<String, String>| set.clone();
-    let set = pairs(&point.set);
-    let setting = Setting::of(set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
-    setting.inspect_err(|error| tracing::warn!("a setting of the front is left out: {error}")).ok()
-}
-
-/// Returns the values of a setting whose change restarts strokes.
-fn of_strokes(setting: &Setting) -> Vec<&SetValue> {
-    setting.values.iter().filter(|value| value.key.starts_with("strokes.")).collect()
+    point.setting().inspect_err(|error| tracing::warn!("a setting of the front is left out: {error}")).ok()
 }
 
 /// Returns a style with those of the values that it can have, and how many it cannot.
@@ -348,8 +332,11 @@ mod tests {
         Style::load(name).unwrap()
     }
 
-    fn front(style: &str, points: &[(f64, &[(&str, &str)], f64)]) -> Front {
-        let point = |(cost_ratio, set, lost): &(f64, &[(&str, &str)], f64)| Point {
+    /// Relative cost, values by their keys, and the share of lines that is lost.
+    type Measured<'a> = (f64, &'a [(&'a str, &'a str)], f64);
+
+    fn front(style: &str, points: &[Measured<'_>]) -> Front {
+        let point = |(cost_ratio, set, lost): &Measured<'_>| Point {
             cost_ratio: *cost_ratio,
             set: set.iter().map(|(key, text)| ((*key).to_owned(), (*text).to_owned())).collect(),
             errors: [(trade::LINES_LOST.to_owned(), *lost)].into(),
@@ -446,7 +433,7 @@ mod tests {
 
     #[test]
     fn a_dearer_setting_is_no_worse() {
-        let points: &[(f64, &[(&str, &str)], f64)] = &[
+        let points: &[Measured<'_>] = &[
             (0.3, &[("scale", "0.5")], 6.0),
             (0.5, &[("lod-error", "8")], 7.0),
             (0.6, &[("scale", "0.75")], 2.0),
@@ -461,8 +448,7 @@ mod tests {
 
     #[test]
     fn a_value_of_a_section_that_is_gone_is_left_out() {
-        let points: &[(f64, &[(&str, &str)], f64)] =
-            &[(0.5, &[("strokes.resolution", "0.5"), ("paper.grain", "0.5")], 1.0)];
+        let points: &[Measured<'_>] = &[(0.5, &[("strokes.resolution", "0.5"), ("paper.grain", "0.5")], 1.0)];
         let mut front = front("plain", points);
         front.points[0].levels = vec![Level::Draft];
         let mut ladder = Ladder::with_front(Some(front));

@@ -71,15 +71,6 @@ fn other_px() -> vec2<u32> {
 #endif
 }
 
-// Returns the size of the image of ids, which may be that of a previous frame of another size.
-fn ids_px() -> vec2<u32> {
-#ifdef PAIR
-    return other_view.size_px;
-#else
-    return temporal.last_px;
-#endif
-}
-
 // Returns the position on the other image, and the distance along the view axis.
 fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 #ifdef PAIR
@@ -106,8 +97,14 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let max_depth_ratio = MAX_DEPTH_RATIO;
 #endif
     var found = nothing;
-    let size = vec2<i32>(ids_px());
-    let middle = vec2<i32>(floor(place.xy * (vec2<f32>(ids_px()) / vec2<f32>(other_px()))));
+#ifdef PAIR
+    let ids_px = other_px();
+#else
+    // The ids of a previous frame may be those of another size.
+    let ids_px = temporal.last_px;
+#endif
+    let size = vec2<i32>(ids_px);
+    let middle = vec2<i32>(floor(place.xy * (vec2<f32>(ids_px) / vec2<f32>(other_px()))));
     var best = 1e9;
     var seen = 0u;
     for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {

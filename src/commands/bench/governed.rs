@@ -6,10 +6,9 @@ use super::BenchArgs;
 use super::style_run::StyleRun;
 use super::sweep::Variant;
 use crate::commands::misuse::Misuse;
-use crate::governor::{Frame, Governor, Step};
+use crate::governor::{Frame, Governor, Step, Tally};
 use crate::measure::governed::{GovernedRun, GovernedStep, SettingChange};
 use crate::measure::quality::{Front, Level, Point};
-use crate::measure::setting::Setting;
 use crate::measure::statistics::FrameRecord;
 
 /// The governor of a run, and the settings between which it chooses.
@@ -22,13 +21,8 @@ pub(super) struct Governed {
     changes: Vec<SettingChange>,
     /// Number of frames with each setting.
     frames: Vec<u64>,
-    /// Frames after the first second, and those of them that were within the budget.
-    counted: u64,
-    held: u64,
+    tally: Tally,
 }
-
-/// Time at the beginning in which the governor may still search.
-const SEARCHES_S: f64 = 1.0;
 
 impl Governed {
     /// Returns the governor for a style, which is a preset or a file; `None` without `--budget`.
@@ -42,15 +36,13 @@ impl Governed {
         if points.len() < 2 {
             bail!(Misuse(format!("--budget: {from} has only one setting, so there is nothing to choose")));
         }
-        let mut variants = Vec::new();
-        for point in &points {
-            let setting = Setting::of(point.set.iter().map(|(key, text)| (key.as_str(), text.as_str())));
-            let setting = setting.map_err(|error| anyhow::anyhow!("{from}: {error}"))?;
-            variants.push(Variant::of_setting(args, name, &setting)?);
-        }
+        let settings = points.iter().map(Point::setting).collect::<Result<Vec<_>, _>>();
+        let settings = settings.map_err(|error| anyhow::anyhow!("{from}: {error}"))?;
+        let variants = settings.iter().map(|setting| Variant::of_setting(args, name, setting));
+        let variants = variants.collect::<anyhow::Result<Vec<_>>>()?;
         let steps = points.iter().enumerate().map(|(index, point)| Step {
             cost: point.cost,
-            restarts: index.checked_sub(1).is_some_and(|cheaper| restarts(&points[cheaper], point)),
+            restarts: index > 0 && settings[index].restarts_strokes_of(&settings[index - 1]),
         });
         let level = args.quality.quality.unwrap_or(Level::Balanced);
         let first = points.iter().position(|point| point.levels.contains(&level)).unwrap_or(0);
@@ -61,8 +53,7 @@ impl Governed {
             variants,
             points,
             changes: Vec::new(),
-            counted: 0,
-            held: 0,
+            tally: Tally::default(),
         }))
     }
 
@@ -86,11 +77,7 @@ impl Governed {
             record.prepare_ms.unwrap_or(0.0) + record.record_ms.unwrap_or(0.0) + record.submit_ms.unwrap_or(0.0);
         // Without timers on the GPU, the whole frame counts.
         let gpu_ms = record.gpu_ms.unwrap_or(frame_ms);
-        if at_s > SEARCHES_S {
-            self.counted += 1;
-            // A benchmark waits for each frame; elsewhere processor and GPU work at the same time.
-            self.held += u64::from(gpu_ms.max(cpu_ms) <= self.budget_ms);
-        }
+        self.tally.count(at_s, gpu_ms, self.budget_ms);
         let change = self.governor.record(&Frame { at_s, step, gpu_ms, cpu_ms });
         self.changes.extend(change.map(|change| SettingChange {
             t_s: record.t_s,
@@ -106,17 +93,11 @@ impl Governed {
         let steps = self.points.iter().zip(&self.frames);
         GovernedRun {
             budget_ms: self.budget_ms,
-            held: (self.counted > 0).then(|| self.held as f64 / self.counted as f64),
+            held: self.tally.share(),
             changes: self.changes.clone(),
             steps: steps.map(|(point, frames)| GovernedStep { set: point.set.clone(), frames: *frames }).collect(),
         }
     }
-}
-
-/// Returns whether temporal strokes restart where the setting changes from one point to another.
-fn restarts(a: &Point, b: &Point) -> bool {
-    let keys = a.set.keys().chain(b.set.keys());
-    keys.filter(|key| a.set.get(*key) != b.set.get(*key)).any(|key| key.starts_with("strokes."))
 }
 
 impl StyleRun {

@@ -63,6 +63,7 @@ impl Flight {
             adapter: &self.adapter,
             picture_px: self.last.picture_px,
             quality: quality.as_deref(),
+            has_levels: self.ladder.has_levels(),
             frame_times: &self.frame_times,
             pass_times: &self.pass_times,
             triangles: prepared.selection.triangles(),

@@ -41,6 +41,7 @@ fn stats(strokes: Option<StrokeNumbers>) -> PanelStats<'static> {
         adapter: "",
         picture_px: [640, 360],
         quality: None,
+        has_levels: true,
         frame_times: &NO_FRAMES.0,
         pass_times: &NO_FRAMES.1,
         triangles: 0,
