@@ -168,7 +168,7 @@ fn the_mean_continues_in_another_size() {
     let continued = error(&luma_after(&[(ROOM_PX, 16), (SIZE_PX, 1)], Some(ROOM_PX)));
     let anew = error(&luma_after(&[(ROOM_PX, 16), (SIZE_PX, 1)], None));
     println!("mean error of the first frame in another size: {continued:.4}, without room {anew:.4}");
-    assert!(continued < 0.7 * anew, "{continued} {anew}");
+    assert!(continued < 0.8 * anew, "{continued} {anew}");
 }
 
 #[test]
