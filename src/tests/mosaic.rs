@@ -8,7 +8,8 @@ use std::sync::Arc;
 use common::field::Field;
 use common::shot::shoot;
 use common::{World, quantile};
-use hachure::pyramid::store::{Cancel, Decode, MosaicStore};
+use glam::DVec2;
+use hachure::pyramid::store::{Cancel, Decode, MosaicStore, coarse_patches, derive};
 use hachure::pyramid::surface::statistics::PatchStatistics;
 use hachure::pyramid::tile::is_void;
 use hachure::pyramid::{BakeOptions, LevelSize, Pyramid, PyramidError, TileAddress, TileStore, bake};
@@ -310,13 +311,12 @@ impl TileStore for Bare {
 }
 
 /// Draws the inset from points above it. Returns for each view the 99.9th percentile of height errors against the
-/// inset's own surface, in pixels. Only pixels farther inside than the fade count.
-fn inset_errors_px(world: &mut World, views: &[(f64, f64, &str)]) -> Vec<f64> {
+/// inset's own surface, in pixels. Only pixels farther inside than the fade count. `shift` is the inset's first sample.
+fn inset_errors_px(world: &mut World, shift: DVec2, views: &[(f64, f64, &str)]) -> Vec<f64> {
     let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
-    let shift = f64::from(INSET[0]);
     let mut renderer = None;
     let errors = views.iter().map(|(x, y, view)| {
-        let at_m = world.mapping.world_from_grid(x + shift, y + shift);
+        let at_m = world.mapping.world_from_grid(x + shift.x, y + shift.y);
         let pose = world.pose(&format!("{},{},{view}", at_m.x, at_m.y));
         let shot = shoot(world, &mut renderer, pose, [160, 160]);
         let field = Field { grid: &world.grid, mapping: &inset_mapping };
@@ -363,14 +363,91 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
         (far, far, down),
         (900.0, middle, out),
     ];
+    let shift = DVec2::splat(f64::from(INSET[0]));
     let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
-    let errors_px = inset_errors_px(&mut world, &views);
+    let errors_px = inset_errors_px(&mut world, shift, &views);
     println!("99.9 % of the errors are within {errors_px:.4?} px; the first view is the middle");
     let mut planted = World::of_store(inset, tempfile::tempdir().unwrap(), bare, ALLOWED_PX).unwrap();
-    let planted_px = inset_errors_px(&mut planted, &views);
+    let planted_px = inset_errors_px(&mut planted, shift, &views);
     println!("without tiles beyond the inset {planted_px:.4?} px");
     assert!(errors_px.iter().all(|&error_px| error_px <= ALLOWED_PX), "{errors_px:?}");
     assert!(planted_px[1..].iter().all(|&error_px| error_px > ALLOWED_PX), "{planted_px:?}");
+}
+
+/// Planted error: a mosaic whose coarse tiles do not know of members that are smaller than the space between samples.
+struct Unaware(Arc<MosaicStore>, Vec<Vec<PatchStatistics>>);
+
+impl Unaware {
+    fn of(store: Arc<MosaicStore>) -> Self {
+        let top = TileAddress { level: store.levels().len() as u32 - 1, x: 0, y: 0 };
+        let patches =
+            coarse_patches(store.levels(), &derive(store.levels(), top, store.clone().load(top).unwrap().tile));
+        Self(store, patches)
+    }
+}
+
+impl TileStore for Unaware {
+    fn name(&self) -> String {
+        self.0.name()
+    }
+
+    fn levels(&self) -> &[LevelSize] {
+        self.0.levels()
+    }
+
+    fn georeference(&self) -> &Georeference {
+        self.0.georeference()
+    }
+
+    fn range_m(&self) -> [f32; 2] {
+        self.0.range_m()
+    }
+
+    fn is_measured(&self) -> bool {
+        self.0.is_measured()
+    }
+
+    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+        &self.1
+    }
+
+    fn has_tile(&self, address: TileAddress) -> bool {
+        self.0.has_tile(address)
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        let decode = Arc::clone(&self.0).fetch(address, cancel)?;
+        Ok(Box::new(move || Ok(derive(self.0.levels(), address, decode()?.tile))))
+    }
+}
+
+/// A DEM that is smaller than the space between samples of the coarsest level is drawn in full: on a wide plain, and with
+/// nothing but another DEM far away.
+#[test]
+fn a_small_member_is_drawn_in_a_wide_world() {
+    const ALLOWED_PX: f64 = 0.25;
+    let spacing_m = 30.0;
+    let at = [40_000.0, -25_000.0].map(|samples| spacing_m * samples);
+    let inset = local(257, 257, spacing_m, at, |x, y| common::rough_height_m(x - at[0], y - at[1]));
+    let plain = local(65, 65, 1024.0 * spacing_m, [0.0, 0.0], |_, _| 400.0);
+    let island = local(257, 257, spacing_m, [0.0, 0.0], common::rough_height_m);
+    let views = [(128.0, 128.0, "+900,0,-90,40"), (128.0, 40.0, "+300,180,-15,40")];
+    for other in [plain, island] {
+        let (folder, store) = store(&[&inset, &other]);
+        let coarsest = f64::from(store.levels().len() as u32 - 1).exp2();
+        assert!(coarsest > 64.0, "the coarsest samples are {coarsest} apart");
+        let shift = DVec2::new(40_000.0, 25_000.0);
+        let unaware: Arc<dyn TileStore> = Arc::new(Unaware::of(store.clone()));
+        let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
+        let errors_px = inset_errors_px(&mut world, shift, &views);
+        println!("99.9 % of the errors are within {errors_px:.4?} px");
+        assert!(errors_px.iter().all(|&error_px| error_px <= ALLOWED_PX), "{errors_px:?}");
+        let mut planted = World::of_store(inset.clone(), tempfile::tempdir().unwrap(), unaware, ALLOWED_PX).unwrap();
+        let pose = planted.pose(&format!("{},{},4000,0,-90,40", at[0], at[1]));
+        let shot = shoot(&mut planted, &mut None, pose, [160, 160]);
+        let drawn = (0..shot.depth_m.len()).filter(|&pixel| !shot.is_sky(pixel) && shot.world_m(pixel).z > 700.0);
+        assert_eq!(drawn.count(), 0, "the planted error draws the mountains");
+    }
 }
 
 #[test]

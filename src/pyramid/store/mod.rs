@@ -16,6 +16,7 @@ mod derive;
 mod measured;
 mod cog_levels;
 mod cog_store;
+mod small_members;
 mod mosaic_store;
 mod manifest;
 mod trim;

@@ -14,6 +14,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::derive::{coarse_patches, derive};
+use super::small_members::SmallMembers;
 use super::tile_store::{Cancel, Decode, TileStore};
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::surface::bicubic;
@@ -130,7 +131,8 @@ impl MosaicStore {
             true => flagged(fallback_m, true),
             false => flagged(height, void),
         });
-        Ok(derive(&self.levels, address, Tile { samples: samples.collect() }))
+        let loaded = derive(&self.levels, address, Tile { samples: samples.collect() });
+        Ok(SmallMembers::at(&self.grid.members, &self.members, self.levels[0], address).noted_in(loaded))
     }
 
     /// Composes a member over the existing samples.

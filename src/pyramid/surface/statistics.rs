@@ -167,6 +167,11 @@ impl Voids {
     pub(in crate::pyramid) fn union(self, other: Self) -> Self {
         if self == other { self } else { Self::Some }
     }
+
+    /// Returns the no-data of an area that also has a height somewhere.
+    pub(in crate::pyramid) fn with_land(self) -> Self {
+        if self == Self::All { Self::Some } else { self }
+    }
 }
 
 /// Returns the smallest f32 that is not below `value`, because an error must not be rounded down.

@@ -45,6 +45,10 @@ pub(crate) struct Placed {
     pub size: [u32; 2],
     /// Sample spacing as a multiple of the mosaic's, 1 or more.
     pub ratio: f64,
+    /// Sample spacing in metres.
+    pub spacing_m: f64,
+    /// West, north, east and south of the member's outermost samples, in samples of the grid.
+    pub extent: [f64; 4],
     way: SampleTransform,
 }
 
@@ -84,9 +88,11 @@ impl MosaicGrid {
             turned.iter().zip(members).map(|(turned, (_, size))| (&turned.place, *size)).collect();
         let (lattice, lattice_size) = members[first];
         let mut bounds = [0.0, 0.0, f64::from(lattice_size[0] - 1), f64::from(lattice_size[1] - 1)];
+        let mut extents = Vec::with_capacity(members.len());
         for (member, ((place, size), turned)) in members.iter().zip(&turned).enumerate() {
             let back = SampleTransform::between(place, lattice, Some(turned.middle)).map_err(of(member))?;
             let steps = 16;
+            let mut extent = NOWHERE;
             for i in 0..=steps {
                 let at = |count: u32| f64::from(count - 1) * f64::from(i) / f64::from(steps);
                 let (x, y, right, bottom) = (at(size[0]), at(size[1]), f64::from(size[0] - 1), f64::from(size[1] - 1));
@@ -95,9 +101,11 @@ impl MosaicGrid {
                     if !(x.abs() < LARGEST_SIDE && y.abs() < LARGEST_SIDE) {
                         return Err(of(member)(TOO_FAR.into()));
                     }
-                    bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
+                    extent = union(extent, [x, y, x, y]);
                 }
             }
+            bounds = union(bounds, extent);
+            extents.push(extent);
         }
         let first = [bounds[0], bounds[1]].map(|c| (c + ALIGNED_SAMPLES).floor());
         let last = [bounds[2], bounds[3]].map(|c| (c - ALIGNED_SAMPLES).ceil());
@@ -105,10 +113,12 @@ impl MosaicGrid {
         let crs_from_grid = [x0 + a * first[0] + b * first[1], a, b, y0 + c * first[0] + d * first[1], c, d];
         let georeference = Georeference { crs_from_grid, ..lattice.clone() };
         let size = [0, 1].map(|axis| (last[axis] - first[axis]) as u32 + 1);
-        let placed = members.iter().zip(spacings_m).enumerate().map(|(member, ((place, size), spacing_m))| {
+        let placed = members.iter().zip(spacings_m).zip(extents).enumerate();
+        let placed = placed.map(|(member, (((place, size), spacing_m), [west, north, east, south]))| {
             let way =
                 SampleTransform::between(&georeference, place, Some(middle_x(place, *size))).map_err(of(member))?;
-            Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way })
+            let extent = [west - first[0], north - first[1], east - first[0], south - first[1]];
+            Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), spacing_m, extent, way })
         });
         let members = placed.collect::<Result<_, Misfit>>()?;
         Ok(Self { georeference, size, members, has_unrelated_datums })
@@ -206,6 +216,14 @@ impl Placed {
         }
         (0..2).all(|axis| high[axis] > -0.5 && low[axis] < f64::from(self.size[axis]) - 0.5)
     }
+}
+
+/// An extent without a place.
+const NOWHERE: [f64; 4] = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
+
+/// Returns the extent that has both others.
+fn union(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
+    [a[0].min(b[0]), a[1].min(b[1]), a[2].max(b[2]), a[3].max(b[3])]
 }
 
 /// Returns the geometric mean of the sample spacing along columns and rows in the middle of a grid, in metres.
