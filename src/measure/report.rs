@@ -74,6 +74,10 @@ pub(crate) struct Run {
     /// Work of a frame on the GPU: of the frames that were traced (the last ones of the flight, drawn once more), the one
     /// that moved most bytes.
     pub work: Option<FrameWork>,
+    /// Mean bytes that a frame of a flight reads and writes, over several places of the path: the cost of a setting where
+    /// times say nothing. Null without `--sweep`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight_bytes: Option<u64>,
     /// Frames without a timer around each pass.
     pub untimed: Option<Untimed>,
     /// GPU times of frames that follow each other without a pause; null on a software driver.

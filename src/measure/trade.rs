@@ -77,7 +77,10 @@ impl Cost {
     pub(crate) fn of(self, run: &Run) -> Option<f64> {
         match self {
             Self::GpuMs => run.busy.as_ref().map(|busy| busy.gpu_ms.p50).or(run.gpu_ms.map(|gpu_ms| gpu_ms.p50)),
-            Self::Gigabytes => run.work.map(|work| work.bytes() as f64 / 1e9),
+            Self::Gigabytes => {
+                let bytes = run.flight_bytes.or(run.work.map(|work| work.bytes()));
+                bytes.map(|bytes| bytes as f64 / 1e9)
+            }
         }
     }
 }

@@ -273,8 +273,13 @@ impl CameraPath {
 
     /// Returns `count` cameras, evenly spaced in time from the first row to the last, both included.
     pub fn spread(&self, count: usize) -> impl ExactSizeIterator<Item = Camera> + '_ {
-        let step_s = self.duration_s() / count.saturating_sub(1).max(1) as f64;
-        (0..count).map(move |frame| self.sample(self.times_s[0] + frame as f64 * step_s))
+        self.spread_s(count).map(|time_s| self.sample(time_s))
+    }
+
+    /// Returns the times of the cameras of [`CameraPath::spread`], in seconds.
+    pub(crate) fn spread_s(&self, count: usize) -> impl ExactSizeIterator<Item = f64> + use<> {
+        let (start_s, step_s) = (self.times_s[0], self.duration_s() / count.saturating_sub(1).max(1) as f64);
+        (0..count).map(move |camera| start_s + camera as f64 * step_s)
     }
 }
 

@@ -1,10 +1,13 @@
 //! Exactness: each setting draws some views at rest, and so does a converged reference of its style.
 
+use std::time::Duration;
+
 use super::BenchArgs;
 use super::style_run::StyleRun;
 use super::sweep::Variant;
 use crate::commands::progress::Bar;
 use crate::frame::Antialias;
+use crate::gpu::recorder::Submits;
 use crate::gpu::{Gpu, GpuError};
 use crate::measure::lod_error;
 use crate::measure::temporal::{self, DrawnFrame};
@@ -15,8 +18,33 @@ use crate::source::Progress;
 
 /// Number of views, spread over the path.
 const VIEWS: usize = 8;
+/// Longest wait for the tiles of a view. A drawing without them would be compared with one that has them.
+const AT_REST: Duration = Duration::from_secs(60);
 /// Samples of a picture at rest that is the mean of several frames.
 const SAMPLES: u32 = 16;
+
+/// Every so manieth view is also flown past, for the bytes of a frame in flight.
+const FLOWN: usize = 2;
+/// Frames per second of that flight.
+const FLIGHT_FPS: f64 = 60.0;
+/// Frames of a flight before the first that is traced: what a picture shows, such as water, is known after it was drawn.
+const FLIGHT_WARM_UP: usize = 2;
+/// Number of frames that are traced at each place: those of one interval in which strokes are rebuilt.
+const TRACED: std::ops::RangeInclusive<usize> = 2..=12;
+
+/// The frames of short flights, and the bytes that they read and wrote.
+#[derive(Default)]
+pub(super) struct Flown {
+    frames: u64,
+    bytes: u64,
+}
+
+impl Flown {
+    /// Returns the mean bytes of a frame; `None` without frames.
+    pub(super) fn mean_bytes(&self) -> Option<u64> {
+        self.bytes.checked_div(self.frames)
+    }
+}
 
 /// A picture of a view at rest, and the largest error of its surface in pixels.
 struct AtRest {
@@ -41,7 +69,7 @@ pub(super) fn measure(
         reference.world.scene.sun = run.world.scene.sun;
     }
     let mut unsettled = 0;
-    for (view, camera) in path.spread(VIEWS).enumerate() {
+    for (view, (t_s, camera)) in path.spread_s(VIEWS).zip(path.spread(VIEWS)).enumerate() {
         bar.report(&format!("comparing {name} with its reference"), view as f32 / VIEWS as f32);
         let truth = reference.draw_at_rest(gpu, &camera)?;
         let mut is_settled = truth.is_settled;
@@ -49,12 +77,16 @@ pub(super) fn measure(
             let AtRest { drawn, surface_px, is_settled: of_run } = run.draw_at_rest(gpu, &camera)?;
             run.exactness.add(&drawn, &truth.drawn, surface_px)?;
             is_settled &= of_run;
+            if view % FLOWN == 0 {
+                run.trace_flight(gpu, path, t_s)?;
+            }
         }
         unsettled += u32::from(!is_settled);
     }
     if unsettled > 0 {
         tracing::warn!(
-            "--sweep: {unsettled} of {VIEWS} views of {name} lacked tiles after 10 s, so their errors are too large"
+            "--sweep: {unsettled} of {VIEWS} views of {name} lacked tiles after {} s, so their errors are too large",
+            AT_REST.as_secs()
         );
     }
     Ok(())
@@ -69,9 +101,33 @@ impl StyleRun {
         drawn
     }
 
+    /// Draws a short flight from a time of the path, after a picture at rest there, and traces its frames.
+    fn trace_flight(&mut self, gpu: &Gpu, path: &CameraPath, t_s: f64) -> Result<(), GpuError> {
+        let interval = self.variant.style.strokes().map_or(1, |strokes| strokes.update_every as usize);
+        let traced = interval.clamp(*TRACED.start(), *TRACED.end());
+        let frames = FLIGHT_WARM_UP + traced;
+        // At its end, the path is flown back.
+        let end_s = path.times_s().last().copied().unwrap_or_default();
+        let back = if t_s + frames as f64 / FLIGHT_FPS > end_s { -1.0 } else { 1.0 };
+        self.set_submits(Submits::Whole);
+        for frame in 0..frames {
+            let now_s = t_s + back * frame as f64 / FLIGHT_FPS;
+            self.set_traces(frame >= FLIGHT_WARM_UP);
+            self.draw_only(gpu, &path.sample(now_s), now_s)?;
+            gpu.wait();
+            if let Some(work) = self.take_work() {
+                self.flown.frames += 1;
+                self.flown.bytes += work.bytes();
+            }
+        }
+        self.set_traces(false);
+        self.set_submits(Submits::Timed);
+        gpu.check()
+    }
+
     fn draw_settled(&mut self, gpu: &Gpu, camera: &Camera) -> Result<AtRest, GpuError> {
         self.forget();
-        let is_settled = self.settle(gpu, camera, 0.0)?;
+        let is_settled = self.settle(gpu, camera, 0.0, AT_REST)?;
         let samples = if self.variant.antialias == Antialias::Temporal { SAMPLES } else { 1 };
         let mut rig = None;
         for _ in 0..samples {

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::against_reference::Flown;
 use super::governed::Governed;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
@@ -66,6 +67,7 @@ pub(super) struct StyleRun {
     steadiness: TemporalTotals,
     agreement: StereoTotals,
     pub(super) exactness: ExactnessTotals,
+    pub(super) flown: Flown,
     /// Who chooses the settings in a flight with a budget.
     pub(super) governed: Option<Governed>,
 }
@@ -125,6 +127,7 @@ impl StyleRun {
             steadiness: TemporalTotals::default(),
             agreement: StereoTotals::default(),
             exactness: ExactnessTotals::default(),
+            flown: Flown::default(),
             governed: None,
         })
     }
@@ -240,15 +243,15 @@ impl StyleRun {
         let (pipelines, compile_ms) = self.renderer.compiled();
         self.start = Some(Start { pipelines, compile_ms, frame_ms: drawn.frame_ms });
         self.renderer.set_traces(true);
-        self.settle(gpu, camera, t_s)?;
+        self.settle(gpu, camera, t_s, WARM_UP)?;
         self.renderer.set_traces(false);
         self.before = self.counts();
         Ok(())
     }
 
     /// Draws a view until its tiles have been loaded and its strokes have settled. Returns whether the tiles have been
-    /// loaded in the time that is allowed.
-    pub(super) fn settle(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64) -> Result<bool, GpuError> {
+    /// loaded within the time `most`.
+    pub(super) fn settle(&mut self, gpu: &Gpu, camera: &Camera, t_s: f64, most: Duration) -> Result<bool, GpuError> {
         let start = Instant::now();
         self.renderer.set_step_s(WARM_UP_STEP_S);
         // Strokes may be older than the tiles, and fade in and out over several frames.
@@ -256,7 +259,7 @@ impl StyleRun {
         for frame in 1.. {
             let (_, drawn) = self.draw(gpu, camera, t_s)?;
             self.take_work();
-            let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
+            let is_settled = !drawn.prepared.tiles.late || start.elapsed() > most;
             if frame >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
                     return Ok(!drawn.prepared.tiles.late);
@@ -385,6 +388,7 @@ impl StyleRun {
         run.caches.insert(CPU_TILES.to_owned(), CacheUse { hits: uploaded.saturating_sub(read), misses: read });
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
+        run.flight_bytes = self.flown.mean_bytes();
         run.setting.clone_from(&self.variant.setting);
         run.exactness = self.exactness.metrics();
         run.governed = self.governed.as_ref().map(Governed::run);
