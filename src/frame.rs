@@ -51,6 +51,8 @@ use crate::surface::lakes;
 use crate::surface::land::vertices::PatchMesh;
 use crate::surface::rows::RowPlan;
 use crate::surface::rows::blocks::RowMemory;
+#[cfg(test)]
+use crate::surface::rows::reach::Culling;
 pub use crate::tiles::terrain::Prepared;
 use crate::tiles::terrain::{Loading, TerrainView};
 use crate::world::Surfaces;
@@ -259,6 +261,18 @@ impl Renderer {
     #[cfg(test)]
     pub(crate) fn assume_dry(&mut self) {
         self.dry.assumed = true;
+    }
+
+    /// Sets how blocks of rows that are out of view are culled.
+    #[cfg(test)]
+    pub(crate) fn set_row_culling(&mut self, culling: Culling) {
+        self.rows.culling = culling;
+    }
+
+    /// Returns how many blocks of rows the last frame may have drawn.
+    #[cfg(test)]
+    pub(crate) fn row_blocks(&self) -> usize {
+        self.rows.seen().len()
     }
 
     /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_set`].

@@ -34,6 +34,10 @@ const DENSITY: u32 = 4u;
 const MAX_CANDIDATES: u32 = 16384u;
 // Samples of a mark on each side of the middle one.
 const HALF: i32 = 8;
+// Distance beyond the border of the picture at which the middle of a mark may be for the mark to be proposed, in cells
+// and, in addition, in pixels: the longest possible row, and the marks that are next to it.
+const REACH_CELLS: f32 = 24.0;
+const REACH_PX: f32 = 16.0;
 // Samples from the middle to the border of the row; those beyond serve marks that no other row continues.
 const CORE: i32 = 5;
 const SAMPLES: i32 = 17;

@@ -85,9 +85,15 @@ impl Frustum {
 
     /// Whether part of a box may be in view. Conservative: never `false` for a visible box.
     pub fn may_see(&self, bounds: &Bounds) -> bool {
+        self.may_see_within(bounds, 0.0)
+    }
+
+    /// Whether part of a box may be in view or at most `reach_m` outside of it. Conservative: never `false` for such a
+    /// box.
+    pub fn may_see_within(&self, bounds: &Bounds, reach_m: f64) -> bool {
         self.normals.iter().all(|normal| {
             let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.high_m, bounds.low_m);
-            normal.dot(farthest) >= 0.0
+            normal.dot(farthest) >= -reach_m
         })
     }
 }

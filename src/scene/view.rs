@@ -177,6 +177,11 @@ impl View {
         self.projection().focal_px.max_element()
     }
 
+    /// Returns the pixels per radian at the axis, in the direction that has fewer of them.
+    pub(crate) fn least_focal_px(&self) -> f64 {
+        self.projection().focal_px.min_element()
+    }
+
     /// Returns the vertical field of view in radians.
     pub(crate) fn fov_rad(&self) -> f64 {
         self.lens.map_or(self.pose.fov_rad, |lens| lens.up.atan() + lens.down.atan())

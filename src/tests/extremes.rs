@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod checked;
+mod culling;
 mod lands;
 mod lettering;
 mod scenes;

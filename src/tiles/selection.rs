@@ -96,6 +96,8 @@ pub struct Selection {
     pub leaves: Vec<PatchKey>,
     /// Distances from the camera to the nearest and to the farthest point of each of their boxes, in metres.
     pub distances_m: Vec<[f64; 2]>,
+    /// The least and the greatest height of their boxes in the world, in metres; `None` without leaves.
+    pub range_m: Option<[f64; 2]>,
 }
 
 impl Selection {

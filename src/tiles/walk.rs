@@ -362,6 +362,7 @@ impl<'a> Walk<'a> {
             with_holes: Vec::new(),
             leaves: Vec::with_capacity(count),
             distances_m: Vec::with_capacity(count),
+            range_m: None,
         };
         for (.., leaf) in order {
             let leaf = self.leaves[leaf as usize];
@@ -381,6 +382,11 @@ impl<'a> Walk<'a> {
             if leaf.holes { &mut selection.with_holes } else { &mut selection.solid }.push(instance);
             selection.leaves.push(leaf.key);
             selection.distances_m.push([leaf.distance_m, leaf.farthest_m]);
+            if let Some(box_m) = self.tree.box_m(leaf.node) {
+                let [low_m, high_m] = [box_m.low_m.z, box_m.high_m.z];
+                let range_m = selection.range_m.get_or_insert([low_m, high_m]);
+                *range_m = [range_m[0].min(low_m), range_m[1].max(high_m)];
+            }
         }
         self.skyline.finish();
         (selection, self.skyline)

@@ -15,7 +15,7 @@
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MAX_CANDIDATES, HALF, CORE, SAMPLES, INDEX, INTERVALS, REACH, HEIGHT, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MAX_CANDIDATES, HALF, CORE, SAMPLES, INDEX, INTERVALS, REACH, HEIGHT, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL, REACH_CELLS, REACH_PX}
 #import hachure::rows::{cell_m, grid_of, frame_at, world_offset, sample_word, unpack_place, camera_height_m}
 
 // Gaps between neighbours, in spacings, over which a mark between them grows.
@@ -169,8 +169,8 @@ fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
     f = select(f, max(f, 0.5), block.level <= rules.min_level);
     f = select(f, min(f, 0.5), block.level >= rules.greatest_level);
     let middle = project(at_m);
-    // The longest possible row.
-    let room_px = 16.0 + 24.0 * cell_px + 100.0 * slack;
+    // The planner of blocks culls by the same distance (src/surface/rows/reach.rs).
+    let room_px = REACH_PX + REACH_CELLS * cell_px + 100.0 * slack;
     let is_off_screen = any(middle.xy < vec2<f32>(-room_px)) || any(middle.xy > vec2<f32>(view.size_px) + room_px);
     if middle.z < view.near_m || is_off_screen {
         return 0.0;

@@ -1,16 +1,17 @@
-//! Blocks of rows: which blocks a view needs, and which of them are built.
+//! Blocks of rows: which of those that a view needs ([`needed`](super::needed)) are built, and where they are cached.
 //!
-//! The blocks form a quadtree over the grid: a block of level L has 64 cells of 2^L samples along its side. A level is
-//! visible at the distances at which a cell is one to two mark spacings wide on the picture, and a little beyond, where
-//! two levels cross-fade. The contents of a block depend on its location alone, so a block is cached until its slot is
-//! needed for another one. A window builds [`JOBS_AT_ONCE`] blocks per frame, the nearest first, and rebuilds those
-//! that were built while tiles were missing; a frame for a file builds all of them.
+//! The blocks form a quadtree over the grid: a block of level L has 64 cells of 2^L samples along its side. The contents
+//! of a block depend on its location alone, so a block is cached until its slot is needed for another one. A window
+//! builds [`JOBS_AT_ONCE`] blocks per frame, the nearest first, and rebuilds those that were built while tiles were
+//! missing; a frame for a file builds all of them.
 
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
+use super::needed::{Address, Needed};
+use super::reach::{Culling, Reach};
 use super::{PlannedPool, RowPlan, proposals};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -32,15 +33,9 @@ const POOLS: std::ops::RangeInclusive<usize> = 2..=12;
 /// Factor by which the spacing is widened at a time.
 const WIDER: f32 = 1.19;
 /// Level of the finest blocks: the side of their cells is 2^−6 of a sample.
-const MIN_LEVEL: i32 = -6;
+pub(super) const MIN_LEVEL: i32 = -6;
 /// Mean width of a cell, in spacings.
 const MEAN_CELL: f32 = 1.4;
-/// Cross-fade beyond the range of a level, in octaves (`FADE` of `marks.wgsl`).
-const BEYOND: f64 = 0.08;
-/// Distance from its middle at which a mark may still come into view, in cells.
-const AROUND: f64 = 4.0;
-/// Blocks that are remembered while the blocks of a view are found: four levels, and four by four of each.
-const RECENT: usize = 64;
 /// Expected marks of a picture, per pixel, times the spacing squared.
 const MARKS_PER_SPACING: f32 = 2.0;
 
@@ -48,14 +43,6 @@ const COUNTS: BufferKind = BufferKind::storage("row counts");
 const CANDIDATES: BufferKind = BufferKind::storage("row candidates");
 /// Bytes of a candidate.
 pub(crate) const CANDIDATE_BYTES: u64 = 4 * WORDS as u64;
-
-/// Level and position of a block in the quadtree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-struct Address {
-    level: i32,
-    x: i32,
-    y: i32,
-}
 
 /// A block that is built, or planned to be.
 struct Made {
@@ -83,6 +70,11 @@ pub(crate) struct RowMemory {
     made_of: Option<MadeOf>,
     made: FxHashMap<Address, Made>,
     planned: Vec<Address>,
+    /// The blocks that the last view needs.
+    needed: Needed,
+    reach: Reach,
+    /// How blocks out of view are culled.
+    pub(crate) culling: Culling,
     /// Pool and slot of each block that the last plan builds, and of each that it may draw.
     built: Vec<[usize; 2]>,
     seen: Vec<[usize; 2]>,
@@ -156,13 +148,17 @@ impl RowMemory {
         let greatest_level = greatest_level(terrain);
         let max_blocks = POOL_SLOTS * POOLS.end();
         let mut spacing_px = rows.spacing_px;
-        let wanted = loop {
-            let cells_m = spacing_m * focal_px / f64::from(spacing_px);
-            match blocks(selection, cells_m, greatest_level, max_blocks) {
-                Some(wanted) => break wanted,
-                None => spacing_px *= WIDER,
+        let mut needed = std::mem::take(&mut self.needed);
+        let mut reach = std::mem::take(&mut self.reach);
+        reach.set(terrain, selection, rig, self.culling);
+        loop {
+            reach.set_spacing(spacing_m * focal_px / f64::from(spacing_px), greatest_level);
+            if needed.find(selection, terrain, &reach, max_blocks) {
+                break;
             }
-        };
+            spacing_px *= WIDER;
+        }
+        let wanted = needed.nearest_first();
         let max_marks = (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32;
         let rules = RowRules {
             spacing_px,
@@ -196,7 +192,7 @@ impl RowMemory {
 
         let waits = terrain.options().loading == Loading::Wait;
         let most = if waits { usize::MAX } else { JOBS_AT_ONCE };
-        for address in &wanted {
+        for address in wanted {
             if let Some(made) = self.made.get_mut(address) {
                 made.used_in = self.frame;
             }
@@ -207,7 +203,7 @@ impl RowMemory {
         };
         let mut jobs = 0;
         self.is_late = false;
-        for address in &wanted {
+        for address in wanted {
             let is_stale = stale(&self.made, address);
             if is_stale && jobs < most {
                 let known = self.made.get(address).map(|made| made.slot);
@@ -227,6 +223,7 @@ impl RowMemory {
                 plan[pool].seen.push(block(terrain, *address, slot as u32, rig.origin_m));
             }
         }
+        (self.needed, self.reach) = (needed, reach);
         RowPlan { rules, pools: plan }
     }
 
@@ -285,46 +282,4 @@ fn greatest_level(terrain: &Terrain) -> i32 {
     let size = terrain.store().levels()[0];
     let blocks = size.width.max(size.height).div_ceil(CELLS as u32).max(1);
     blocks.next_power_of_two().trailing_zeros() as i32
-}
-
-/// Returns the blocks of the visible land, nearest first. A cell of level 0 at a distance of one metre is `cells_m`
-/// spacings wide. Returns `None` if there are more than `most`: a patch of a wide plain next to the eye has billions, which
-/// are not even listed.
-fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32, most: usize) -> Option<Vec<Address>> {
-    // The level that is visible at a distance: its cells are between one and two spacings wide.
-    let level_at = |distance_m: f64| 1.0 - (cells_m / distance_m.max(1e-3)).log2();
-    let mut nearest_m: FxHashMap<Address, f64> = FxHashMap::default();
-    // Neighbouring patches see the same blocks, and most come from near to far: most need no look into the table.
-    let mut recent = [(Address { level: i32::MAX, x: 0, y: 0 }, 0.0); RECENT];
-    for (patch, [near_m, far_m]) in selection.leaves.iter().zip(&selection.distances_m) {
-        let finest = (level_at(*near_m) - 1.0 - BEYOND).floor() as i32 + 1;
-        let coarsest = (level_at(*far_m) + BEYOND).ceil() as i32 - 1;
-        let [finest, coarsest] = [finest, coarsest].map(|level| level.clamp(MIN_LEVEL, greatest_level));
-        let (first, side) = patch.area();
-        for level in finest..=coarsest {
-            let cell = f64::from(level).exp2();
-            let per_block = 1.0 / (f64::from(CELLS) * cell);
-            let number = |sample: f64| (sample * per_block).floor() as i32;
-            let last = (f64::from(greatest_level - level)).exp2() as i32 - 1;
-            let [low, high] = [first - AROUND * cell, first + side + AROUND * cell];
-            for y in number(low.y).max(0)..=number(high.y).min(last) {
-                for x in number(low.x).max(0)..=number(high.x).min(last) {
-                    let address = Address { level, x, y };
-                    let place = (x & 3 | (y & 3) << 2 | (level & 3) << 4) as usize;
-                    if recent[place].0 == address && recent[place].1 <= *near_m {
-                        continue;
-                    }
-                    let nearest = nearest_m.entry(address).or_insert(f64::INFINITY);
-                    *nearest = nearest.min(*near_m);
-                    recent[place] = (address, *nearest);
-                    if nearest_m.len() > most {
-                        return None;
-                    }
-                }
-            }
-        }
-    }
-    let mut found: Vec<(Address, f64)> = nearest_m.into_iter().collect();
-    found.sort_unstable_by(|(a, a_m), (b, b_m)| a_m.total_cmp(b_m).then(a.cmp(b)));
-    Some(found.into_iter().map(|(address, _)| address).collect())
 }

@@ -1,7 +1,8 @@
 //! Rows of hachures: marks down the slope of the land's form, arranged in rows between heights and anchored in the
 //! world.
 //!
-//! [`blocks`] selects the blocks of land that a view needs, and caches them. A block is built once: [`relief`] samples
+//! [`needed`] lists the blocks of land that a view needs ([`reach`]: no mark beyond it comes into view), and [`blocks`]
+//! caches them. A block is built once: [`relief`] samples
 //! its heights, [`octaves`] chooses the heights of its rows, [`seeds`] places candidates, and [`trace`] traces their
 //! marks. For each frame [`proposals`] selects the candidates that may be drawn, [`choice`] those that are drawn,
 //! [`rooms`] measures the space around each, and [`balance`] the missing ink; [`marks`] computes widths, and
@@ -15,8 +16,10 @@ pub(crate) mod off_land;
 pub(crate) mod blocks;
 pub(crate) mod choice;
 pub(crate) mod marks;
+mod needed;
 pub(crate) mod octaves;
 pub(crate) mod proposals;
+pub(crate) mod reach;
 pub(crate) mod relief;
 pub(crate) mod ribbons;
 pub(crate) mod rooms;

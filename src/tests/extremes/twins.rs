@@ -227,7 +227,12 @@ fn contour_lines_are_at_their_heights_far_from_the_origin() {
         let ink = floats::<1>(&gpu, renderer.target(&HEIGHT_INK).unwrap());
         let places = places_m(&gpu, &renderer, pose.position_m);
         let width = size_px[0] as usize;
-        let height_at = |i: usize| places[i].map(|place| height_m(place.x - FAR_M, place.y));
+        // Toward its border the land fades into the plain.
+        let half_m = 0.5 * f64::from(SAMPLES) * SPACING_M - 8.0 * SPACING_M;
+        let height_at = |i: usize| {
+            let at = places[i]?.truncate() - DVec2::new(FAR_M, 0.0);
+            if at.abs().max_element() < half_m { Some(height_m(at.x, at.y)) } else { None }
+        };
         let astray = |from_m: f64| {
             let (mut inked, mut astray) = (0, 0);
             for i in (width..places.len() - width).filter(|i| i % width > 0 && i % width < width - 1) {
