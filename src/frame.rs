@@ -105,6 +105,8 @@ pub struct Renderer {
     timer: Timer,
     /// Time from one frame to the next, in seconds.
     step_s: f64,
+    /// Shortest time between two rebuilds of the strokes while the camera moves, in seconds.
+    stroke_pause_s: f64,
     submits: Submits,
     /// The sea of the last frame; `None` before the first.
     sea_level_m: Option<Option<f64>>,
@@ -160,6 +162,8 @@ struct FrameInputs<'a> {
     light: &'a Light,
     /// Time since the previous frame, in seconds; 0 between samples of a picture at rest.
     step_s: f64,
+    /// Shortest time between two rebuilds of the strokes while the camera moves, in seconds.
+    stroke_pause_s: f64,
     /// Whether tiles of this view have arrived or are missing.
     land_changes: bool,
     wants_motion: bool,
@@ -187,6 +191,7 @@ impl Renderer {
             eyes: Vec::new(),
             timer: Timer::new(gpu)?,
             step_s: STEP_S,
+            stroke_pause_s: 0.0,
             submits: Submits::default(),
             sea_level_m: None,
             wants_motion: false,
@@ -284,6 +289,12 @@ impl Renderer {
     /// continue them as those of complete frames.
     pub(crate) fn set_only_strokes(&mut self, only_strokes: bool) {
         self.only_strokes = only_strokes;
+    }
+
+    /// Sets the shortest time between two rebuilds of the strokes while the camera moves, in seconds; 0 by default. A style
+    /// may have a longer one.
+    pub(crate) fn set_stroke_pause_s(&mut self, pause_s: f64) {
+        self.stroke_pause_s = pause_s;
     }
 
     /// Sets the size of the largest pictures, in pixels, for which the textures of each eye have room. Pictures of other
@@ -465,6 +476,7 @@ impl Renderer {
             lines,
             light,
             step_s,
+            stroke_pause_s: self.stroke_pause_s,
             land_changes,
             wants_motion,
             wants_ids,

@@ -129,10 +129,37 @@ pub(crate) enum Limit {
     Processor,
 }
 
+/// What others that share the GPU leave to the frames, such as a headset's runtime whose own work comes too late, or a
+/// device that is getting hot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Pressure {
+    #[default]
+    Normal,
+    /// Soon there will be too little.
+    Warning,
+    /// There is too little.
+    Impaired,
+}
+
+impl Pressure {
+    /// Returns the part of the budget that may be used.
+    fn share(self) -> f64 {
+        match self {
+            Self::Normal => 1.0,
+            Self::Warning => 0.85,
+            Self::Impaired => 0.7,
+        }
+    }
+}
+
 /// Chooses the setting of each frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Governor {
+    /// The budget under the present pressure, in milliseconds.
     budget_ms: f64,
+    /// The budget without pressure, in milliseconds.
+    whole_ms: f64,
+    pressure: Pressure,
     /// From the cheapest to the most expensive.
     steps: Vec<Step>,
     step: usize,
@@ -159,6 +186,8 @@ impl Governor {
         let never = f64::NEG_INFINITY;
         Self {
             budget_ms,
+            whole_ms: budget_ms,
+            pressure: Pressure::Normal,
             steps,
             step,
             mean: (0.0, 0.0),
@@ -175,7 +204,14 @@ impl Governor {
 
     /// Sets another budget, and keeps what has been learned.
     pub(crate) fn set_budget_ms(&mut self, budget_ms: f64) {
-        self.budget_ms = budget_ms;
+        self.whole_ms = budget_ms;
+        self.budget_ms = budget_ms * self.pressure.share();
+    }
+
+    /// Sets the pressure under which the budget is held.
+    pub(crate) fn set_pressure(&mut self, pressure: Pressure) {
+        self.pressure = pressure;
+        self.budget_ms = self.whole_ms * pressure.share();
     }
 
     /// Returns why the budget is not held, if no setting would hold it.
@@ -394,6 +430,28 @@ mod tests {
 
     fn flown(base_ms: &dyn Fn(f64) -> f64, seconds: f64) -> Replayed {
         replay(&Replay { base_ms, cpu_ms: 2.0, costs: costs(), seconds }, &mut Governor::new(BUDGET_MS, ladder(), 10))
+    }
+
+    #[test]
+    fn pressure_lowers_the_budget_until_it_ends() {
+        let mut governor = Governor::new(BUDGET_MS, ladder(), 5);
+        let mut now_s = 0.0;
+        let time_ms = |governor: &Governor| 4.0 * 1.15_f64.powi(governor.step() as i32);
+        let mut settle = |governor: &mut Governor| {
+            for _ in 0..3000 {
+                now_s += 1.0 / 90.0;
+                let gpu_ms = time_ms(governor);
+                governor.record(&Frame { at_s: now_s, step: governor.step(), gpu_ms, cpu_ms: 1.0 });
+            }
+            time_ms(governor)
+        };
+        let free_ms = settle(&mut governor);
+        governor.set_pressure(Pressure::Impaired);
+        let impaired_ms = settle(&mut governor);
+        governor.set_pressure(Pressure::Normal);
+        let again_ms = settle(&mut governor);
+        assert!(impaired_ms < 0.7 * BUDGET_MS && impaired_ms < free_ms, "{free_ms} {impaired_ms}");
+        assert!((again_ms - free_ms).abs() < 1e-9 && free_ms < BUDGET_MS, "{free_ms} {again_ms}");
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub mod picture;
 pub(crate) mod governor;
 pub mod measure;
 #[cfg(any(feature = "window", feature = "headset"))]
+mod ladder;
+#[cfg(any(feature = "window", feature = "headset"))]
 mod studio;
 #[cfg(feature = "window")]
 mod window;

@@ -8,6 +8,8 @@ struct Show {
     // Upper left corner of the picture, in tangents from the lens's axis, x to the right and y down.
     corner_tangent: vec2<f32>,
     tangent_per_px: vec2<f32>,
+    // Size of the picture, which may be a part of its texture.
+    size_px: vec2<f32>,
     // 0: no vignette. 1: the border is black.
     vignette: f32,
     pad: f32,
@@ -26,7 +28,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 @fragment
 fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let last = vec2<i32>(textureDimensions(picture)) - 1;
+    // Beyond the picture its border goes on: the runtime may filter it.
+    let last = vec2<i32>(show.size_px) - 1;
     let color = textureLoad(picture, clamp(vec2<i32>(at.xy), vec2<i32>(0), last), 0).rgb;
     let tangent = length(show.corner_tangent + at.xy * show.tangent_per_px);
     let dark = show.vignette * smoothstep(CLEAR_TANGENT, BLACK_TANGENT, tangent);

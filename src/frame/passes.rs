@@ -117,7 +117,8 @@ fn see(
 
     let strokes = style.strokes().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
         let nearest_m = world.nearest_m(rig.origin_m);
-        let step = Step { step_s: inputs.step_s, nearest_m, origin_m: rig.origin_m, land_changes: inputs.land_changes };
+        let FrameInputs { step_s, stroke_pause_s: pause_s, land_changes, .. } = *inputs;
+        let step = Step { step_s, pause_s, nearest_m, origin_m: rig.origin_m, land_changes };
         let leader = leader.and_then(|leader| Some(&leader.strokes.as_ref()?.frame));
         FrameStrokes::begin(recorder, memory, strokes, view_of_eye, light, step, leader)
     });

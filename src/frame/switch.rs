@@ -280,6 +280,7 @@ impl Renderer {
                 lines,
                 light,
                 step_s,
+                stroke_pause_s: self.stroke_pause_s,
                 land_changes,
                 wants_motion,
                 wants_ids,

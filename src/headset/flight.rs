@@ -26,6 +26,9 @@ use crate::composite::PICTURE;
 use crate::file::{interrupt, standard};
 use crate::frame::{Prepared, Renderer};
 use crate::gpu::pipelines::Builds;
+use crate::gpu::recorder::Submits;
+use crate::gpu::timer::FRAME;
+use crate::ladder::{Ladder, Quality};
 use crate::measure::statistics::Percentiles;
 use crate::scene::view::{Clock, Lens, Rig};
 
@@ -35,6 +38,9 @@ const REST: Duration = Duration::from_millis(20);
 const LONGEST_END: Duration = Duration::from_secs(10);
 /// Typical height of a person's eyes above the floor.
 const EYES_ABOVE_FLOOR_M: f64 = 1.6;
+/// Shortest time between two rebuilds of the strokes while the head turns, in seconds: every second frame at 90 frames
+/// per second. Land that comes into view has no strokes for a frame longer, at the border of the lens.
+const STROKE_PAUSE_S: f64 = 2.0 / 90.0;
 /// Duration of a frame, if the runtime does not give it.
 const STEP_S: f64 = 1.0 / 90.0;
 
@@ -62,6 +68,12 @@ pub(super) struct Flight {
     name: String,
     menu: Menu,
     styles: Styles,
+    quality: Quality,
+    /// Allowed error of the land, in pixels, unless a measured setting has a larger one.
+    lod_error_px: f64,
+    ladder: Ladder,
+    /// Sizes of the pictures that the runtime's images show, in pixels.
+    shown_px: [[u32; 2]; 2],
     /// Number of pipelines that the first picture still needs at most, for the progress on the panel.
     most_built: usize,
     /// Tiles that the last frame lacks, and all of its tiles.
@@ -89,7 +101,7 @@ impl Flight {
     ///
     /// # Errors
     /// Fails if the style is invalid or if the runtime reports an error.
-    pub(super) fn new(headset: Headset, options: &HeadsetOptions, open: OpenFn) -> Result<Self, HeadsetError> {
+    pub(super) fn new(headset: Headset, options: HeadsetOptions, open: OpenFn) -> Result<Self, HeadsetError> {
         let styles = Styles::open(&options.style)?;
         let hands = Hands::new(headset.instance(), &headset.session)?;
         let gpu = &headset.gpu;
@@ -98,6 +110,7 @@ impl Flight {
         // A headset must not wait for a compiler, and each frame is one submit.
         renderer.set_builds(Builds::InBackground);
         renderer.set_antialias(options.antialias);
+        renderer.set_stroke_pause_s(STROKE_PAUSE_S);
         let end = Arc::new(AtomicBool::new(false));
         let hand_input = Arc::clone(&end);
         // The session of the headset is ended before the program.
@@ -110,10 +123,14 @@ impl Flight {
             land: None,
             quad: Quad::new(gpu, &headset.session)?,
             hands,
+            shown_px: headset.sizes_px(),
             headset,
-            name: options.name.clone(),
+            name: options.name,
             menu: Menu::new(),
             styles,
+            quality: options.quality,
+            lod_error_px: options.lod_error_px,
+            ladder: Ladder::with_front(options.front),
             most_built: 0,
             tiles: [0; 2],
             notice: None,
@@ -194,7 +211,8 @@ impl Flight {
         let Headset { stream, eyes, space, blend, .. } = &mut self.headset;
         let projections = views.map(|views| {
             [0, 1].map(|eye: usize| {
-                let extent = eyes[eye].size_px().map(|side| side as i32);
+                // The runtime enlarges a picture of a lower resolution.
+                let extent = self.shown_px[eye].map(|side| side as i32);
                 let rect = xr::Rect2Di {
                     offset: xr::Offset2Di { x: 0, y: 0 },
                     extent: xr::Extent2Di { width: extent[0], height: extent[1] },
@@ -264,19 +282,30 @@ impl Flight {
         traveller.advance(hand_input, eyes, step_s, |at| terrain.height_at_hand_m(at).unwrap_or(lowest_m));
         let now_s = (time.as_nanos() - self.first_at.get_or_insert(time).as_nanos()) as f64 * 1e-9;
         let before_s = self.before.as_ref().map_or(now_s, |before| before.clock().now_s);
-        let rig = traveller.stage().rig(eyes, headset.sizes_px(), self.before.as_ref());
+        let chosen = self.styles.style();
+        self.ladder.follow(&chosen.name, self.quality);
+        let setting = self.ladder.setting().cloned().unwrap_or_default();
+        let scale = setting.scale.unwrap_or(1.0).min(1.0);
+        let full_px = headset.sizes_px();
+        let sizes_px = full_px.map(|size_px| size_px.map(|side| scaled(side, scale)));
+        let rig = traveller.stage().rig(eyes, sizes_px, self.before.as_ref());
         let rig = rig.at(Clock { now_s, before_s });
-        self.renderer.set_hidden(hidden::areas(&headset.hidden, eyes, headset.sizes_px()));
+        self.renderer.set_hidden(hidden::areas(&headset.hidden, eyes, sizes_px));
         self.renderer.set_step_s(step_s);
-        let style = self.styles.style();
+        // Another resolution from frame to frame must not make new textures.
+        let is_governed = self.ladder.is_governed();
+        let room_px = [0, 1].map(|side: usize| full_px[0][side].max(full_px[1][side]));
+        self.renderer.set_room(is_governed.then_some(room_px));
+        self.renderer.set_submits(if is_governed { Submits::Framed } else { Submits::Whole });
+        self.renderer.set_frame_tag(self.ladder.tag());
+        world.surfaces.terrain.set_lod_error_px(setting.lod_error_px.unwrap_or(0.0).max(self.lod_error_px));
+        let style = &*self.ladder.applied(chosen, scale);
         let prepared = self.renderer.render_eyes(&headset.gpu, &mut world.surfaces, &rig, style, &world.light)?;
         // Poll without waiting for the GPU.
         if let Err(error) = headset.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
-        // Discard the GPU's times, which would otherwise accumulate.
-        while self.renderer.take_times().is_some() {}
-        let Prepared { tiles, .. } = prepared;
+        let Prepared { tiles, prepare_ms, .. } = prepared;
         self.tiles = [tiles.wanted.saturating_sub(tiles.pending), tiles.wanted];
         if !self.renderer.drew() {
             // The images still show the previous pictures, with their views: the runtime reprojects them to the present
@@ -284,11 +313,14 @@ impl Flight {
             return Ok(self.shown);
         }
         self.before = Some(rig);
+        let shows = self.renderer.shows(style);
+        self.govern(now_s, prepare_ms);
         if !self.show(eyes)? {
             return Ok(None);
         }
+        self.shown_px = sizes_px;
         self.shown = Some(views);
-        if self.renderer.shows(self.styles.style()) {
+        if shows {
             self.drawn += 1;
             if let Some(before) = self.began.filter(|_| self.frames.is_some()) {
                 self.times_ms.push((now - before).as_secs_f64() * 1000.0);
@@ -296,6 +328,20 @@ impl Flight {
         }
         self.began = Some(now);
         Ok(self.shown)
+    }
+
+    /// Takes the times that the GPU has measured, for the setting of the next frames.
+    fn govern(&mut self, now_s: f64, prepare_ms: f64) {
+        let cpu = self.renderer.cpu();
+        // Submitting to a software driver is the work of its passes.
+        let submit_ms = if self.headset.gpu.is_software() { 0.0 } else { cpu.submit_ms };
+        let cpu_ms = prepare_ms + cpu.record_ms + submit_ms;
+        self.ladder.set_pressure(self.headset.pressure());
+        while let Some((tag, times)) = self.renderer.take_tagged_times() {
+            if let Some(frame) = times.first().filter(|time| time.name == FRAME) {
+                self.ladder.record(tag, now_s, frame.gpu_ms, cpu_ms);
+            }
+        }
     }
 
     /// Copies the pictures of the eyes to the runtime's images. Returns `false` if there are no pictures.
@@ -339,15 +385,28 @@ impl Flight {
         let times = Percentiles::of(self.times_ms.iter().copied());
         let [p50_ms, p95_ms] = times.map_or([f64::NAN; 2], |times| [times.p50, times.p95]);
         let [[width, height], [right_width, right_height]] = self.headset.sizes_px();
-        let text = format!(
+        let mut text = format!(
             "{width}x{height} and {right_width}x{right_height} {}: {} frames, frame p50 {p50_ms:.2} ms, p95 \
              {p95_ms:.2} ms, {:.1} frames per second",
             self.styles.style().name,
             self.drawn,
             1000.0 / p50_ms
         );
+        if let Some(line) = self.ladder.report(1.0, self.lod_error_px) {
+            text += &format!("\n  {line}");
+        }
+        match self.headset.slow_notices() {
+            0 => {}
+            1 => text += "\n  1 notice of the runtime that the GPU is too slow",
+            count => text += &format!("\n  {count} notices of the runtime that the GPU is too slow"),
+        }
         Ok(standard::print(&text)?)
     }
+}
+
+/// Returns the side of a picture at a scale, in pixels.
+fn scaled(side: u32, scale: f64) -> u32 {
+    ((f64::from(side) * scale).round() as u32).max(1)
 }
 
 /// Returns the initial stage: the camera is at eye height above the floor, and the floor is not below the ground.
@@ -380,6 +439,6 @@ fn eye(view: &xr::View, floor_m: f64) -> Result<Option<Eye>, HeadsetError> {
 ///
 /// # Errors
 /// Fails as [`Flight::run`] does, and if the world cannot be opened.
-pub(super) fn fly(headset: Headset, options: &HeadsetOptions, open: OpenFn) -> Result<(), HeadsetError> {
+pub(super) fn fly(headset: Headset, options: HeadsetOptions, open: OpenFn) -> Result<(), HeadsetError> {
     Flight::new(headset, options, open)?.run()
 }

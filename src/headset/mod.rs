@@ -41,6 +41,8 @@ pub use session::Runtime;
 
 use crate::frame::{Antialias, Light};
 use crate::gpu::Gpu;
+use crate::ladder::Quality;
+use crate::measure::quality::Front;
 use crate::scene::camera::Camera;
 use crate::source::Progress;
 use crate::world::Surfaces;
@@ -57,13 +59,19 @@ pub struct HeadsetWorld {
 
 /// Options of a flight in a headset.
 #[derive(Clone, Debug)]
-pub struct HeadsetOptions {
+pub(crate) struct HeadsetOptions {
     /// The name of the world, for the panel in the headset.
     pub name: String,
     /// A preset or a style file.
     pub style: String,
     /// Smoothing of edges.
     pub antialias: Antialias,
+    /// Allowed error of the land, in pixels.
+    pub lod_error_px: f64,
+    /// How exactly the style is drawn.
+    pub quality: Quality,
+    /// Measured settings of a style, for [`HeadsetOptions::quality`].
+    pub front: Option<Front>,
     /// Print the frame times, and end after this many frames.
     pub frames: Option<u64>,
 }
@@ -76,6 +84,6 @@ pub type OpenFn = Box<dyn FnOnce(&Gpu, &dyn Progress) -> anyhow::Result<HeadsetW
 ///
 /// # Errors
 /// Returns a [`HeadsetError`] if something cannot be opened or fails later.
-pub fn fly(runtime: Runtime, options: &HeadsetOptions, open: OpenFn) -> Result<(), HeadsetError> {
+pub(crate) fn fly(runtime: Runtime, options: HeadsetOptions, open: OpenFn) -> Result<(), HeadsetError> {
     flight::fly(Headset::open(runtime)?, options, open)
 }

@@ -6,6 +6,7 @@ use super::binding::{self, Binding};
 use super::error::{During, HeadsetError, of_start};
 use super::hidden;
 use super::swapchains::SwapchainImages;
+use crate::governor::Pressure;
 use crate::gpu::Gpu;
 
 /// The view configuration: two eyes.
@@ -42,6 +43,7 @@ impl Runtime {
         let mut wanted = xr::ExtensionSet::default();
         wanted.khr_vulkan_enable2 = true;
         wanted.khr_visibility_mask = offered.khr_visibility_mask;
+        wanted.ext_performance_settings = offered.ext_performance_settings;
         let application = xr::ApplicationInfo {
             application_name: "hachure",
             application_version: 1,
@@ -105,6 +107,10 @@ pub struct Headset {
     runtime: Runtime,
     phase: SessionPhase,
     state: xr::SessionState,
+    /// The last notice about the GPU from each of the runtime's sources.
+    notices: Vec<(xr::PerfSettingsSubDomainEXT, Pressure)>,
+    /// Number of notices that the GPU is, or soon will be, too slow.
+    slow_notices: u64,
 }
 
 /// Height of the head above the floor, if the runtime does not know the floor.
@@ -156,6 +162,8 @@ impl Headset {
             runtime,
             phase: SessionPhase::Idle,
             state: xr::SessionState::IDLE,
+            notices: Vec::new(),
+            slow_notices: 0,
         })
     }
 
@@ -172,6 +180,32 @@ impl Headset {
     /// Returns whether the session receives input: another program may be in front.
     pub fn is_focused(&self) -> bool {
         self.state == xr::SessionState::FOCUSED
+    }
+
+    /// Returns how much less of the GPU the runtime wants to be used (`XR_EXT_performance_settings`): the worst of its
+    /// last notices.
+    pub(crate) fn pressure(&self) -> Pressure {
+        self.notices.iter().map(|(_, pressure)| *pressure).max().unwrap_or_default()
+    }
+
+    /// Returns how many notices said that the GPU is, or soon will be, too slow.
+    pub fn slow_notices(&self) -> u64 {
+        self.slow_notices
+    }
+
+    fn take_notice(&mut self, notice: xr::PerfSettingsEXT<'_>) {
+        if notice.domain() != xr::PerfSettingsDomainEXT::GPU {
+            return;
+        }
+        let pressure = match notice.to_level() {
+            xr::PerfSettingsNotificationLevelEXT::WARNING => Pressure::Warning,
+            xr::PerfSettingsNotificationLevelEXT::IMPAIRED => Pressure::Impaired,
+            _ => Pressure::Normal,
+        };
+        tracing::debug!("the OpenXR runtime on the GPU, {:?}: {pressure:?}", notice.sub_domain());
+        self.slow_notices += u64::from(pressure != Pressure::Normal);
+        self.notices.retain(|(from, _)| *from != notice.sub_domain());
+        self.notices.push((notice.sub_domain(), pressure));
     }
 
     /// Returns the OpenXR instance.
@@ -210,6 +244,7 @@ impl Headset {
                 xr::Event::VisibilityMaskChangedKHR(_) if self.runtime.has_masks => {
                     self.hidden = hidden::query(&self.session)?;
                 }
+                xr::Event::PerfSettingsEXT(notice) => self.take_notice(notice),
                 xr::Event::EventsLost(lost) => tracing::warn!("{} OpenXR events were lost", lost.lost_event_count()),
                 _ => {}
             }

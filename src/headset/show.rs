@@ -18,8 +18,8 @@ impl ShowPass {
         Self { full_screen: FullScreen::new(gpu) }
     }
 
-    /// Draws `picture` onto an image of the same size into `encoder`, which must be submitted next. `vignette` is how
-    /// dark the border is, 0 to 1.
+    /// Draws `picture` onto the upper left corner of an image that is at least as large, into `encoder`, which must be
+    /// submitted next. `vignette` is how dark the border is, 0 to 1.
     pub(super) fn run(
         &mut self,
         gpu: &Gpu,
@@ -29,11 +29,13 @@ impl ShowPass {
         lens: &Lens,
         vignette: f64,
     ) {
-        let [width, height] = picture.size_px().map(f64::from);
+        let size_px = picture.size_px();
+        let [width, height] = size_px.map(f64::from);
         let tangent_per_px = [(lens.left + lens.right) / width, (lens.up + lens.down) / height];
         let uniform = ShowUniform {
             corner_tangent: [-lens.left as f32, -lens.up as f32],
             tangent_per_px: tangent_per_px.map(|tangent| tangent as f32),
+            size_px: size_px.map(|side| side as f32),
             vignette: vignette as f32,
             pad: 0.0,
         };

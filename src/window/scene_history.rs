@@ -7,9 +7,9 @@
 #[cfg(test)]
 mod tests;
 
-use super::quality::Quality;
 use super::settings::{SCALES, Settings};
 use crate::frame::Antialias;
+use crate::ladder::Quality;
 use crate::studio::history::{StepName, next_turn};
 
 /// Largest number of steps that can be undone; the oldest is dropped.

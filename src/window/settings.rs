@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::quality::Quality;
 use crate::frame::Antialias;
+use crate::ladder::Quality;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, Pair};
 use crate::scene::view::{Rig, View};
 use crate::scene::{SceneFocus, Sun};

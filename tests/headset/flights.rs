@@ -38,6 +38,24 @@ fn eyes_of_any_size_are_drawn() {
     }
 }
 
+/// No frame of a software driver takes as little as a fiftieth of a millisecond, and none takes a minute.
+#[test]
+fn a_budget_lowers_the_resolution() {
+    let Some(room) = Room::with_hill() else { return };
+    let fly = |script: &[(&str, &str)], budget_ms: &str| {
+        let run = room.fly(script, &["--frames", "40", "--style", "pen", "--budget", budget_ms]);
+        run.well(budget_ms).to_owned()
+    };
+    let low = fly(&[], "0.02");
+    assert!(low.contains(" at the end: resolution 0.5"), "{low}");
+    let high = fly(&[], "60000");
+    assert!(high.contains(" 0 changes; at the end: as set"), "{high}");
+    // The runtime's own work comes too late for some time.
+    let hot = fly(&[("HOT", "4-9")], "60000");
+    assert!(hot.contains("1 notice of the runtime that the GPU is too slow"), "{hot}");
+    assert!(!high.contains("notice"), "{high}");
+}
+
 #[test]
 fn every_kind_of_format_is_drawn_on() {
     let Some(room) = Room::with_hill() else { return };

@@ -36,7 +36,7 @@ fn last_frame(room: &Room) -> [([f64; 11], Vec<u8>); 2] {
 }
 
 /// Returns the eyes in the axes of the OpenXR specification (y up, −z ahead), in a room whose floor is at `floor_m`.
-fn rig(eyes: &[[f64; 11]; 2], floor_m: DVec3, scale: f64) -> Rig {
+fn rig(eyes: &[[f64; 11]; 2], sizes_px: [[u32; 2]; 2], floor_m: DVec3, scale: f64) -> Rig {
     let yaw = YAW_DEG.to_radians();
     let north = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
     let world_from_room = DMat3::from_rotation_z(-yaw) * north;
@@ -51,7 +51,7 @@ fn rig(eyes: &[[f64; 11]; 2], floor_m: DVec3, scale: f64) -> Rig {
             fov_rad: up - down,
         };
         let lens = Some(Lens { left: -left.tan(), right: right.tan(), up: up.tan(), down: -down.tan() });
-        let (jitter_px, picture_px, part) = (glam::DVec2::ZERO, SIZES_PX[eye], Part::whole(SIZES_PX[eye]));
+        let (jitter_px, picture_px, part) = (glam::DVec2::ZERO, sizes_px[eye], Part::whole(sizes_px[eye]));
         let still = View::of_part(pose, pose, picture_px, part);
         View { lens, previous_lens: lens, jitter_px, ..still }
     });
@@ -72,6 +72,18 @@ fn off(shown: &[u8], drawn: &[[f64; 4]]) -> f64 {
     wrong.count() as f64 / drawn.len() as f64
 }
 
+/// Returns the upper left corner of an image of four bytes per pixel. Checks that its border goes on beyond it.
+fn corner(bytes: &[u8], [width, height]: [u32; 2], [columns, rows]: [u32; 2]) -> Vec<u8> {
+    let at = |column: u32, row: u32| (4 * (row * width + column)) as usize;
+    for row in 0..height {
+        for column in columns..width {
+            let [here, border] = [at(column, row), at(columns - 1, row.min(rows - 1))];
+            assert_eq!(bytes[here..here + 4], bytes[border..border + 4], "pixel {column}, {row}");
+        }
+    }
+    (0..rows).flat_map(|row| bytes[at(0, row)..at(0, row) + 4 * columns as usize].iter().copied()).collect()
+}
+
 /// Flies with a script, a style and a number of frames, draws the last frame again with the library in `style`, and
 /// compares the two. Returns the largest part of an eye's pixels that differ.
 pub(crate) fn difference(
@@ -81,13 +93,29 @@ pub(crate) fn difference(
     style: &Style,
     scale: f64,
 ) -> f64 {
+    difference_at(room, script, &["--frames", frames, "--style", flown], (style, 1.0), scale)
+}
+
+/// Compares as [`difference`] does, for a flight with `arguments`, whose pictures have `resolution` times the runtime's
+/// size. They are the upper left parts of the images, and their borders go on beyond them.
+fn difference_at(
+    room: &Room,
+    script: &[(&str, &str)],
+    arguments: &[&str],
+    (style, resolution): (&Style, f64),
+    scale: f64,
+) -> f64 {
     let _ = std::fs::remove_dir_all(room.path("dump"));
     std::fs::create_dir(room.path("dump")).unwrap();
     let dump = room.path("dump");
     let sizes = SIZES_PX.map(|[width, height]| format!("{width}x{height}")).join(",");
     let script = [script, &[("DUMP", dump.to_str().unwrap()), ("SIZES", &sizes)]].concat();
-    room.fly(&script, &["--frames", frames, "--style", flown, "--antialias", "none"]).well(flown);
-    let shown = last_frame(room);
+    room.fly(&script, &[arguments, &["--antialias", "none"]].concat()).well(&arguments.join(" "));
+    let sizes_px = SIZES_PX.map(|size_px| size_px.map(|side| (f64::from(side) * resolution).round() as u32));
+    let mut shown = last_frame(room);
+    for (eye, (_, bytes)) in shown.iter_mut().enumerate() {
+        *bytes = corner(bytes, SIZES_PX[eye], sizes_px[eye]);
+    }
 
     let gpu = crate::common::gpu().unwrap();
     let world = room.path("world.tif");
@@ -98,11 +126,11 @@ pub(crate) fn difference(
     let eyes = [shown[0].0, shown[1].0];
     if scale != 1.0 {
         // A giant's head is at the same position as the person's, and the ground is at table height.
-        let head_m = rig(&eyes, floor_m, 1.0).origin_m;
-        floor_m += head_m - rig(&eyes, floor_m, scale).origin_m;
+        let head_m = rig(&eyes, sizes_px, floor_m, 1.0).origin_m;
+        floor_m += head_m - rig(&eyes, sizes_px, floor_m, scale).origin_m;
         floor_m.z = world.ground_m(head_m.x, head_m.y) - 0.7 * scale;
     }
-    let rig = rig(&eyes, floor_m, scale);
+    let rig = rig(&eyes, sizes_px, floor_m, scale);
     let apart_m = rig.eyes[0].pose.position_m.distance(rig.eyes[1].pose.position_m);
     assert!((apart_m - 0.063 * scale).abs() < 1e-3 * scale, "{apart_m} m");
     let light = world.light();
@@ -119,7 +147,7 @@ pub(crate) fn difference(
     // Planted: swapped eyes. Their sizes differ, so lenses and poses are swapped instead.
     let mut exchanged = rig.clone();
     exchanged.eyes.swap(0, 1);
-    for (view, size_px) in exchanged.eyes.iter_mut().zip(SIZES_PX) {
+    for (view, size_px) in exchanged.eyes.iter_mut().zip(sizes_px) {
         (view.picture_px, view.part) = (size_px, Part::whole(size_px));
     }
     let prepared = frame::prepare(&gpu, &mut world.surfaces, &exchanged, style, &light);
@@ -143,6 +171,20 @@ fn each_eye_is_shown_what_the_library_draws() {
     for style in ["plain", "ink"] {
         compare(&room, &[], style, 1.0);
     }
+}
+
+/// A lower resolution is a part of the runtime's image, and the same drawing.
+#[test]
+fn a_level_of_quality_is_what_the_library_draws_at_its_resolution() {
+    let Some(room) = Room::with_hill() else { return };
+    let front = room.path("front-ink.toml");
+    let text = "style = \"ink\"\nadapter = \"any\"\nsize = [96, 80]\ncost = \"GPU ms\"\n\n[[points]]\n\
+                levels = [\"draft\"]\ncost = 1.0\ncost_ratio = 0.5\n\n[points.set]\nscale = \"0.5\"\n\n[points.errors]\ntone_error_percent = 1.0\n";
+    std::fs::write(&front, text).unwrap();
+    let arguments = ["--frames", "14", "--style", "ink", "--quality", "draft", "--front", front.to_str().unwrap()];
+    let style = Style::load("ink").unwrap();
+    let off = difference_at(&room, &[], &arguments, (&style.scaled(0.5), 0.5), 1.0);
+    assert!(off < 0.01, "{off} of the pixels differ");
 }
 
 #[test]

@@ -21,18 +21,19 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
             Misuse("--vr: the headset determines the eyes; leave out --eyes, --ipd and --convergence".into()).into()
         );
     }
-    if args.quality.quality.is_some() || args.quality.front.is_some() {
-        return Err(Misuse("--quality: applies to a window; with --vr it has no effect yet".into()).into());
-    }
     // Report errors before the world is baked.
     let style = args.style.as_deref().unwrap_or(super::STYLE);
     arguments::style(style)?;
     args.world.check()?;
+    let (quality, front) = super::quality::at_start(args, style)?;
     let runtime = Runtime::connect()?;
     let options = HeadsetOptions {
         name: crate::world::title(args.world.name()),
         style: style.to_owned(),
         antialias: args.antialias,
+        lod_error_px: args.lod_error,
+        quality,
+        front,
         frames: args.frames,
     };
     let args = args.clone();
@@ -41,7 +42,7 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
         let (world, start) = OpenedWorld::new(&args, progress)?.on_gpu(&args, gpu, progress)?;
         Ok(HeadsetWorld { light: world.light(), start, surfaces: world.surfaces })
     };
-    Ok(headset::fly(runtime, &options, Box::new(open))?)
+    Ok(headset::fly(runtime, options, Box::new(open))?)
 }
 
 /// Reports progress on the terminal and in the headset.

@@ -4,12 +4,9 @@ use super::opened::OpenedWorld;
 use super::{FlyArgs, SIZE_PX, STYLE};
 use crate::commands::arguments;
 use crate::commands::progress::Bar;
-use crate::commands::quality_args::Use;
 use crate::commands::render::{self, like};
 use crate::gpu::device::AdapterWish;
-use crate::measure::quality::Front;
 use crate::scene::reach::Reach;
-use crate::window::quality::Quality;
 use crate::window::remembered::Remembered;
 use crate::window::{FlightOptions, FlightWorld, Lasting, Windowing};
 use crate::world::title;
@@ -48,7 +45,8 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
     let last_style = remembered.style.clone().filter(|style| arguments::style(style).is_ok());
     let size_px = args.size.or(remembered.size_px).unwrap_or(SIZE_PX);
     let args = &FlyArgs { size: Some(size_px), ..args.clone() };
-    let (quality, front) = quality(args, args.style.as_deref().or(last_style.as_deref()).unwrap_or(STYLE))?;
+    let (quality, front) =
+        super::quality::at_start(args, args.style.as_deref().or(last_style.as_deref()).unwrap_or(STYLE))?;
     let windowing = Windowing::new()?;
     // Also before the window opens: it may take a while.
     let (args, opened) = opened(args, last_world)?;
@@ -77,19 +75,6 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
         Ok(FlightWorld::new(world, start, args.world.name.clone(), more, Lasting { heights, own_forest }))
     };
     Ok(windowing.run(options, Box::new(open))?)
-}
-
-/// Returns the quality at the start, and the front of `--front`.
-fn quality(args: &FlyArgs, style: &str) -> anyhow::Result<(Quality, Option<Front>)> {
-    let level = args.quality.quality.map(Quality::Level);
-    let Some(quality) = args.budget.map(Quality::Budget).or(level) else {
-        args.quality.setting(style, Use::Frames)?;
-        return Ok((Quality::AsSet, None));
-    };
-    // A budget needs no front: without one, the resolution alone changes.
-    let is_needed = level.is_some() || args.quality.front.is_some();
-    let front = if is_needed { Some(args.quality.front_of(style)?.0) } else { None };
-    Ok((quality, front))
 }
 
 /// Opens the last world, or, if there is none or it cannot be opened, that of the arguments. Returns the arguments with

@@ -4,9 +4,9 @@
 //! thesis does so because motion vectors overshoot; here motion is exact, but land that a turn brings into view has no
 //! strokes until the next update, and then gets all of them at once.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
-use crate::scene::view::View;
+use crate::scene::view::{Pose, View};
 use crate::style;
 
 /// A turn that has brought a strip of this width into view since the last update, in pixels, triggers an update:
@@ -28,6 +28,7 @@ pub(crate) struct History {
     /// The view of the last update.
     updated: Option<View>,
     frames_since_update: u32,
+    since_update_s: f64,
     /// The view or the land has changed since the last update.
     is_stale: bool,
     frames: u32,
@@ -42,6 +43,8 @@ pub(crate) struct History {
 pub(crate) struct Step {
     /// Elapsed time, in seconds.
     pub step_s: f64,
+    /// Shortest time between two updates while the camera moves, in seconds; the style may have a longer one.
+    pub pause_s: f64,
     /// Lower bound of the distance from the camera to any land, in metres.
     pub nearest_m: f64,
     /// The rig's origin in the world, to which positions of samples are relative.
@@ -98,13 +101,16 @@ impl History {
                 Plan { is_update, takes_over, step_m, updated, rests, last_px, frame: 0 }
             }
             Some(View { pose: updated_pose, .. }) => {
-                let turned_rad = updated_pose.forward.angle_between(view.pose.forward);
                 let moved_m = updated_pose.position_m.distance(view.pose.position_m);
+                let pause_s = step.pause_s.max(1e-3 * f64::from(strokes.rebuild_ms));
+                // The times of frames are whole multiples of a pause at some rates.
+                let is_over = self.since_update_s + step.step_s >= pause_s * (1.0 - 1e-6);
                 // When the camera comes to rest, strokes from the time of the motion are rebuilt.
                 let is_late = (self.is_stale && rests && !step.land_changes)
-                    || self.frames_since_update + 1 >= strokes.update_every
-                    || turned_rad * view.focal_px() > ENTERING_PX
-                    || moved_m > QUICK_MOVE * step.nearest_m;
+                    || is_over
+                        && (self.frames_since_update + 1 >= strokes.update_every
+                            || entering_px(&updated_pose, view) > ENTERING_PX
+                            || moved_m > QUICK_MOVE * step.nearest_m);
                 let is_due = is_late && !is_sample || is_edited;
                 Plan {
                     is_update: leader.unwrap_or(is_due),
@@ -126,6 +132,7 @@ impl History {
         };
         self.frames = plan.frame;
         self.frames_since_update = if plan.is_update { 0 } else { self.frames_since_update + u32::from(!is_sample) };
+        self.since_update_s = if plan.is_update { 0.0 } else { self.since_update_s + step.step_s };
         if plan.is_update {
             // More tiles may be loading.
             self.is_stale = step.land_changes;
@@ -156,6 +163,16 @@ impl History {
     }
 }
 
+/// Returns the width of the widest strip that a turn since the last update has brought into view, in pixels: it comes in
+/// at a border when the camera turns, and at the ends of the longer sides when it rolls.
+fn entering_px(updated: &Pose, view: &View) -> f64 {
+    let turned_rad = updated.forward.angle_between(view.pose.forward);
+    let turn = DQuat::from_rotation_arc(updated.forward, view.pose.forward);
+    let rolled_rad = (turn * updated.right).angle_between(view.pose.right);
+    let longer_px = f64::from(view.picture_px[0].max(view.picture_px[1]));
+    turned_rad * view.focal_px() + rolled_rad * 0.5 * longer_px
+}
+
 /// Returns whether a view continues the last one that was drawn: the same part of a picture, or the whole picture in
 /// another size. Without room for other sizes, the history of the last size has been forgotten before.
 fn continues(last: &View, view: &View) -> bool {
@@ -169,10 +186,10 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
     use super::*;
-    use crate::scene::view::{Part, Pose};
+    use crate::scene::view::Part;
     use crate::style::Style;
 
-    const STEP: Step = Step { step_s: 0.1, nearest_m: 1e6, origin_m: DVec3::ZERO, land_changes: false };
+    const STEP: Step = Step { step_s: 0.1, pause_s: 0.0, nearest_m: 1e6, origin_m: DVec3::ZERO, land_changes: false };
 
     /// Focal length of a picture 36 px high whose field of view is one radian.
     const FOCAL_PX: f64 = 32.95;
@@ -216,6 +233,42 @@ mod tests {
                 history.plan(&strokes, &view, STEP, None).is_update
             });
             assert_eq!(updates.count(), 1 + 12 / every, "{px} px per frame");
+        }
+    }
+
+    #[test]
+    fn a_head_that_rolls_brings_the_ends_of_the_sides_into_view() {
+        // 64 pixels wide: a roll by 1.6 pixels at the ends of the longer sides, of which the middle moves by nothing.
+        for (px, every) in [(1.6, 1), (0.8, 2)] {
+            let (mut history, strokes) = (History::default(), strokes(10, true));
+            let mut previous = pose(0.0);
+            let updates = (0..=12).filter(|frame| {
+                let roll = DQuat::from_axis_angle(DVec3::Y, f64::from(*frame) * px / 32.0);
+                let now = Pose { right: roll * DVec3::X, up: roll * DVec3::Z, ..pose(0.0) };
+                let view = view(std::mem::replace(&mut previous, now), now);
+                history.plan(&strokes, &view, STEP, None).is_update
+            });
+            assert_eq!(updates.count(), 1 + 12 / every, "{px} px per frame");
+        }
+    }
+
+    #[test]
+    fn a_turn_updates_no_more_often_than_the_pause_allows() {
+        // A headset's frames and a turn of 60 degrees in a second.
+        let (step_s, turn_deg) = (1.0 / 90.0, 60.0 / 90.0);
+        for (pause_s, rebuild_ms, every) in [(0.0, 0.0, 1), (2.0 / 90.0, 0.0, 2), (0.0, 1000.0 / 30.0, 3)] {
+            let (mut history, mut strokes) = (History::default(), strokes(10, true));
+            strokes.rebuild_ms = rebuild_ms;
+            let mut previous = pose(0.0);
+            let mut updates = Vec::new();
+            for frame in 0..=12 {
+                let now = Pose { position_m: DVec3::ZERO, ..pose(f64::from(frame) * turn_deg) };
+                let view = View::whole(std::mem::replace(&mut previous, now), now, [640, 360]);
+                let step = Step { step_s, pause_s, ..STEP };
+                updates.push(history.plan(&strokes, &view, step, None).is_update);
+            }
+            let expected: Vec<bool> = (0..=12).map(|frame| frame % every == 0).collect();
+            assert_eq!(updates, expected, "{pause_s} {rebuild_ms}");
         }
     }
 

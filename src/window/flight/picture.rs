@@ -8,13 +8,13 @@ use crate::composite::present::Shown;
 use crate::frame::Renderer;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
+use crate::ladder::Quality;
 use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::{Clock, View};
 use crate::window::WindowError;
 use crate::window::dock::Pane;
 use crate::window::overlay::Painted;
-use crate::window::quality::Quality;
 
 /// Time without a change after which the style is drawn as it is, however long a frame takes.
 const REST: Duration = Duration::from_millis(500);

@@ -7,13 +7,13 @@ use egui_kittest::{Harness, Node};
 use glam::DVec2;
 
 use super::*;
+use crate::ladder::Quality;
 use crate::measure::quality::Level;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::{SceneFocus, Sun};
 use crate::studio::document::StyleDocument;
 use crate::window::land_panel::LandPanel;
 use crate::window::light::LightPanel;
-use crate::window::quality::Quality;
 use crate::window::settings::tests::settings;
 
 fn focus() -> SceneFocus {

@@ -88,6 +88,19 @@ pub(crate) unsafe extern "system" fn poll_event(instance: xr::Instance, out: *mu
                 };
                 unsafe { (&raw mut *out).cast::<xr::EventDataVisibilityMaskChangedKHR>().write(event) };
             }
+            Event::Slow(is_slow) => {
+                use xr::PerfSettingsNotificationLevelEXT as Level;
+                let levels = [Level::NORMAL, Level::IMPAIRED];
+                let event = xr::EventDataPerfSettingsEXT {
+                    ty: xr::EventDataPerfSettingsEXT::TYPE,
+                    next,
+                    domain: xr::PerfSettingsDomainEXT::GPU,
+                    sub_domain: xr::PerfSettingsSubDomainEXT::RENDERING,
+                    from_level: levels[usize::from(!is_slow)],
+                    to_level: levels[usize::from(is_slow)],
+                };
+                unsafe { (&raw mut *out).cast::<xr::EventDataPerfSettingsEXT>().write(event) };
+            }
             Event::InstanceLoss => {
                 let ty = xr::EventDataInstanceLossPending::TYPE;
                 let event = xr::EventDataInstanceLossPending { ty, next, loss_time: time };
@@ -144,7 +157,7 @@ pub(crate) unsafe extern "system" fn end_session(session: xr::Session) -> xr::Re
 fn go_down(state: &mut State) {
     let last = state.events.iter().rev().find_map(|event| match event {
         Event::Session(state) => Some(*state),
-        Event::InstanceLoss | Event::Mask(_) => None,
+        Event::InstanceLoss | Event::Mask(_) | Event::Slow(_) => None,
     });
     let from = last.or(state.session.as_ref().map(|session| session.state)).unwrap_or(xr::SessionState::IDLE);
     let way = [
@@ -398,6 +411,11 @@ fn events_of(state: &mut State) {
     }
     if at(state.script.change_mask) {
         state.events.extend([Event::Mask(0), Event::Mask(1)]);
+    }
+    for (frame, is_slow) in state.script.hot.map_or([None; 2], |hot| hot.map(Some)).into_iter().zip([true, false]) {
+        if at(frame) {
+            state.events.push_back(Event::Slow(is_slow));
+        }
     }
     if at(state.script.lose_instance) {
         state.events.push_back(Event::InstanceLoss);

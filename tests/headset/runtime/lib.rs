@@ -98,6 +98,7 @@ unsafe extern "system" fn get_instance_proc_addr(
         "xrBeginFrame" => frames::begin_frame => BeginFrame,
         "xrEndFrame" => frames::end_frame => EndFrame,
         "xrGetVisibilityMaskKHR" => masks::visibility_mask => GetVisibilityMaskKHR,
+        "xrPerfSettingsSetPerformanceLevelEXT" => system::set_performance_level => PerfSettingsSetPerformanceLevelEXT,
         "xrLocateViews" => frames::locate_views => LocateViews,
         "xrEnumerateSwapchainFormats" => swapchains::formats => EnumerateSwapchainFormats,
         "xrCreateSwapchain" => swapchains::create => CreateSwapchain,

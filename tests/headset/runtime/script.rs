@@ -51,6 +51,8 @@ pub(crate) struct Script {
     /// `HACHURE_XR_MASK=corners | N`: a mask of hidden areas, which changes after frame N.
     pub has_mask: bool,
     pub change_mask: Option<u64>,
+    /// `HACHURE_XR_HOT=A-B`: the GPU is too slow for the runtime from frame A to frame B, of which it gives notice.
+    pub hot: Option<[u64; 2]>,
     /// `HACHURE_XR_DUMP=folder`: folder for every submitted image, and a table of poses.
     pub dump: Option<PathBuf>,
 }
@@ -113,6 +115,7 @@ impl Script {
             pushes: pushes.split(',').filter(|text| !text.is_empty()).map(Push::read).collect(),
             has_mask: variable("MASK").is_some(),
             change_mask: variable("MASK").and_then(|text| text.parse().ok()),
+            hot: variable("HOT").map(|text| range(&text)),
             dump: variable("DUMP").map(PathBuf::from),
         }
     }

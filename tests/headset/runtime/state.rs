@@ -45,6 +45,8 @@ pub(crate) enum Event {
     InstanceLoss,
     /// The visibility mask of an eye changed.
     Mask(u32),
+    /// The GPU has become too slow, or is fast enough again.
+    Slow(bool),
 }
 
 pub(crate) struct Session {

@@ -23,6 +23,7 @@ pub(crate) unsafe extern "system" fn enumerate_extensions(
     }
     let mut names = vec![if state.script.has_vulkan { "XR_KHR_vulkan_enable2" } else { "XR_KHR_opengl_enable" }];
     names.extend(state.script.has_mask.then_some("XR_KHR_visibility_mask"));
+    names.extend(state.script.hot.map(|_| "XR_EXT_performance_settings"));
     unsafe { *count = names.len() as u32 };
     if capacity == 0 {
         return xr::Result::SUCCESS;
@@ -67,7 +68,8 @@ pub(crate) unsafe extern "system" fn create_instance(
     for i in 0..info.enabled_extension_count as usize {
         let name = unsafe { CStr::from_ptr(*info.enabled_extension_names.add(i)) };
         let is_mask = state.script.has_mask && name == c"XR_KHR_visibility_mask";
-        if !is_mask && (!state.script.has_vulkan || name != c"XR_KHR_vulkan_enable2") {
+        let gives_notice = state.script.hot.is_some() && name == c"XR_EXT_performance_settings";
+        if !is_mask && !gives_notice && (!state.script.has_vulkan || name != c"XR_KHR_vulkan_enable2") {
             return xr::Result::ERROR_EXTENSION_NOT_PRESENT;
         }
         state.enabled_masks |= is_mask;
@@ -319,4 +321,13 @@ pub(crate) unsafe extern "system" fn path_to_string(
         let bytes: Vec<c_char> = text.bytes().chain([0]).map(|byte| byte as c_char).collect();
         Ok(array(&bytes, capacity, count, out))
     })())
+}
+
+/// hachure leaves the levels to the runtime.
+pub(crate) unsafe extern "system" fn set_performance_level(
+    _session: xr::Session,
+    _domain: xr::PerfSettingsDomainEXT,
+    _level: xr::PerfSettingsLevelEXT,
+) -> xr::Result {
+    xr::Result::SUCCESS
 }

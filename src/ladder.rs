@@ -5,7 +5,7 @@
 
 use std::borrow::Cow;
 
-use crate::governor::{Frame, Governor, Limit, Step, Tally};
+use crate::governor::{Frame, Governor, Limit, Pressure, Step, Tally};
 use crate::measure::quality::{Front, Level, Point};
 use crate::measure::setting::{FRONTS, Setting};
 use crate::measure::trade;
@@ -26,10 +26,10 @@ pub(crate) enum Quality {
 
 impl Quality {
     /// Budget of a new governor, in milliseconds: 60 frames a second, and some time for the window system.
-    pub(super) const BUDGET_MS: f64 = 15.0;
+    pub(crate) const BUDGET_MS: f64 = 15.0;
 
     /// Returns its name in the panel.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::AsSet => "as set",
             Self::Level(level) => level.name(),
@@ -58,7 +58,7 @@ const AT_REST: u64 = 0xffff;
 
 /// The settings that a style can be drawn with, and the one that is.
 #[derive(Debug, Default)]
-pub(super) struct Ladder {
+pub(crate) struct Ladder {
     /// The style's name and the quality for which the settings are.
     of: Option<(String, Quality)>,
     /// The front that `--front` names.
@@ -92,17 +92,17 @@ struct Drawn {
 
 impl Ladder {
     /// Returns whether the style that is drawn has measured levels.
-    pub(super) fn has_levels(&self) -> bool {
+    pub(crate) fn has_levels(&self) -> bool {
         self.is_measured
     }
 
     /// Creates a ladder that uses `front` for the style of which it is.
-    pub(super) fn with_front(front: Option<Front>) -> Self {
+    pub(crate) fn with_front(front: Option<Front>) -> Self {
         Self { front, ..Self::default() }
     }
 
     /// Makes the settings for a style and a quality, if they are for others.
-    pub(super) fn follow(&mut self, style: &str, quality: Quality) {
+    pub(crate) fn follow(&mut self, style: &str, quality: Quality) {
         if let Some((name, of)) = self.of.as_mut().filter(|(name, of)| name == style && of.has_settings_of(quality)) {
             if *of != quality
                 && let (Quality::Budget(ms), Some(governor)) = (quality, &mut self.governor)
@@ -156,17 +156,17 @@ impl Ladder {
     }
 
     /// Says whether nothing moves: then the style is drawn as it is, however long a frame takes.
-    pub(super) fn rest(&mut self, rests: bool) {
+    pub(crate) fn rest(&mut self, rests: bool) {
         self.rests = rests && self.is_governed();
     }
 
     /// Returns whether a rest would be drawn more exactly than the last frame.
-    pub(super) fn waits_for_rest(&self) -> bool {
+    pub(crate) fn waits_for_rest(&self) -> bool {
         !self.rests && self.governor.as_ref().is_some_and(|governor| governor.step() + 1 < self.settings.len())
     }
 
     /// Returns the present setting; `None` if there is nothing to change.
-    pub(super) fn setting(&self) -> Option<&Setting> {
+    pub(crate) fn setting(&self) -> Option<&Setting> {
         match &self.governor {
             Some(_) if self.rests => self.settings.last(),
             Some(governor) => self.settings.get(governor.step()),
@@ -175,18 +175,18 @@ impl Ladder {
     }
 
     /// Returns whether the time of frames must be measured.
-    pub(super) fn is_governed(&self) -> bool {
+    pub(crate) fn is_governed(&self) -> bool {
         self.governor.is_some()
     }
 
     /// Returns the tag of a frame that is drawn with the present setting.
-    pub(super) fn tag(&self) -> u64 {
+    pub(crate) fn tag(&self) -> u64 {
         let step = self.governor.as_ref().map_or(0, |governor| governor.step() as u64);
         (self.number << 16) | if self.rests { AT_REST } else { step }
     }
 
     /// Returns a style with the present setting, for pictures that are `scale` times as large as the window.
-    pub(super) fn applied<'a>(&'a mut self, style: &'a Style, scale: f64) -> Cow<'a, Style> {
+    pub(crate) fn applied<'a>(&'a mut self, style: &'a Style, scale: f64) -> Cow<'a, Style> {
         let values = self.setting().map(|setting| setting.values.clone()).unwrap_or_default();
         if values.is_empty() && scale == 1.0 {
             self.drawn = None;
@@ -202,8 +202,15 @@ impl Ladder {
         self.drawn.as_ref().map_or(Cow::Borrowed(style), |drawn| Cow::Borrowed(&drawn.style))
     }
 
+    /// Sets what others that share the GPU leave to the frames.
+    pub(crate) fn set_pressure(&mut self, pressure: Pressure) {
+        if let Some(governor) = &mut self.governor {
+            governor.set_pressure(pressure);
+        }
+    }
+
     /// Takes the time of a frame with its tag; `cpu_ms` is that of the processor. Returns whether the setting changes.
-    pub(super) fn record(&mut self, tag: u64, at_s: f64, gpu_ms: f64, cpu_ms: f64) -> bool {
+    pub(crate) fn record(&mut self, tag: u64, at_s: f64, gpu_ms: f64, cpu_ms: f64) -> bool {
         let Some(governor) = self.governor.as_mut().filter(|_| tag >> 16 == self.number) else { return false };
         let Some((_, Quality::Budget(budget_ms))) = self.of else { return false };
         if tag & AT_REST == AT_REST {
@@ -218,7 +225,7 @@ impl Ladder {
 
     /// Returns what the present setting gives up of the user's settings, in words; `None` if nothing is. `scale` and
     /// `lod_error_px` are the resolution and the terrain error that the user has set.
-    pub(super) fn given_up(&self, scale: f64, lod_error_px: f64) -> Option<String> {
+    pub(crate) fn given_up(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         let setting = self.setting()?;
         let resolution = setting.scale.filter(|lower| *lower < scale).map(|lower| format!("resolution {lower}"));
         let error = setting.lod_error_px.filter(|more| *more > lod_error_px);
@@ -234,7 +241,7 @@ impl Ladder {
 
     /// Returns what the panel says about the quality; `None` if it is as set. The arguments are those of
     /// [`Ladder::given_up`].
-    pub(super) fn words(&self, scale: f64, lod_error_px: f64) -> Option<String> {
+    pub(crate) fn words(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         let (style, quality) = self.of.as_ref()?;
         if let (Quality::Level(_), None) = (quality, self.setting()) {
             return Some(format!(
@@ -264,7 +271,7 @@ impl Ladder {
 
     /// Returns a line about the governor for `--frames`; `None` without one. The arguments are those of
     /// [`Ladder::given_up`].
-    pub(super) fn report(&self, scale: f64, lod_error_px: f64) -> Option<String> {
+    pub(crate) fn report(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         self.governor.as_ref()?;
         let Some((_, Quality::Budget(budget_ms))) = self.of else { return None };
         let (Tally { frames, held, .. }, changes) = (self.tally, self.changes);
