@@ -17,7 +17,7 @@ use crate::measure::setting::{FRONTS, Setting};
 pub(crate) struct QualityArgs {
     /// Choose between speed and exactness: draw with a setting that `hachure bench --sweep` has measured for the style. It
     /// sets the resolution (not in render), --lod-error, --antialias (not in fly) and parameters of the style, except those
-    /// that you give. Only ink has built-in measurements; --front names those of other styles
+    /// that you give. Some presets have built-in measurements (docs/trades.md); --front names those of another style
     #[arg(long, value_name = "LEVEL", value_enum)]
     pub quality: Option<Level>,
     /// The measured settings for --quality (and for --budget): a file front-STYLE.toml of `hachure bench --sweep` [default: that of the

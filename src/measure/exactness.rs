@@ -7,6 +7,8 @@
 //! - *tone error*: the mean difference of luma over squares of [`CELL_PX`] pixels, which is what the eye sees of marks
 //!   from a distance. A mark that moves within its square is no error;
 //! - *picture error*: the root of the mean squared difference of luma of single pixels;
+//! - *FLIP*: the mean of the perceptual difference of Andersson and others (2020, "FLIP: A Difference Evaluator for
+//!   Alternating Images"), at [`PIXELS_PER_DEGREE`];
 //! - *surface error*: the largest distance in pixels between the drawn land and the heights of the file.
 //!
 //! Pictures of another size, as a lower render scale has them, are compared at the size of the reference: each of its
@@ -18,6 +20,9 @@ use super::temporal::{DrawnFrame, LINE_INK, REACH_PX, Share, TemporalError};
 /// Side of the squares over which tones are compared.
 pub(crate) const CELL_PX: usize = 8;
 
+/// Resolution at which somebody looks at the pictures, for FLIP: a monitor of 0.7 m width and 3840 pixels from 0.7 m.
+const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
+
 /// Sums over the views at which a drawing was compared with its reference.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ExactnessTotals {
@@ -28,6 +33,7 @@ pub(crate) struct ExactnessTotals {
     right: Share,
     tone: Share,
     luma: Share,
+    flip: Share,
     surface_px: Option<f64>,
 }
 
@@ -54,6 +60,7 @@ impl ExactnessTotals {
         for (drawn, reference) in luma.iter().zip(&reference.luma) {
             self.luma += Share { part: f64::from(drawn - reference).powi(2), whole: 1.0 };
         }
+        self.flip += Share { part: flip(drawn, reference), whole: 1.0 };
         for (drawn, reference) in cells(&luma, size[0]).into_iter().zip(cells(&reference.luma, size[0])) {
             self.tone += Share { part: (drawn - reference).abs(), whole: 1.0 };
         }
@@ -75,6 +82,7 @@ impl ExactnessTotals {
     /// | `line_precision` | line pixels of the drawing that the reference has |
     /// | `tone_error` | mean difference of luma of squares, 0 to 1 |
     /// | `picture_error` | root of the mean squared difference of luma, 0 to 1 |
+    /// | `flip` | mean FLIP, 0 to 1 |
     /// | `surface_error_px` | largest distance of the drawn land from the heights |
     pub(crate) fn metrics(&self) -> Option<Metrics> {
         let metrics = [
@@ -83,6 +91,7 @@ impl ExactnessTotals {
             ("line_precision", self.right.value()),
             ("tone_error", self.tone.value()),
             ("picture_error", self.luma.value().map(f64::sqrt)),
+            ("flip", self.flip.value()),
             ("surface_error_px", self.surface_px),
         ];
         (self.views > 0).then(|| metrics.into_iter().map(|(name, value)| (name.to_owned(), value)).collect())
@@ -91,6 +100,23 @@ impl ExactnessTotals {
 
 fn size_of(frame: &DrawnFrame) -> [usize; 2] {
     frame.view.part.size_px.map(|side| side as usize)
+}
+
+/// Returns the mean FLIP of a drawing.
+fn flip(drawn: &DrawnFrame, reference: &DrawnFrame) -> f64 {
+    let [from, to] = [drawn, reference].map(size_of);
+    let channel = |channel: usize| {
+        let values: Vec<f32> = drawn.colors.iter().map(|color| color[channel].into()).collect();
+        resized(&values, from, to, Filter::Bilinear)
+    };
+    let [red, green, blue] = [0, 1, 2].map(channel);
+    let values = red.iter().zip(&green).zip(&blue).flat_map(|((red, green), blue)| [*red, *green, *blue]);
+    let drawn: Vec<u8> = values.map(|value| value.round() as u8).collect();
+    let [width, height] = to.map(|side| side as u32);
+    let image = |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(width, height, bytes);
+    let map = nv_flip::flip(image(reference.colors.as_flattened()), image(&drawn), PIXELS_PER_DEGREE);
+    let errors = map.to_vec();
+    errors.iter().map(|error| f64::from(*error)).sum::<f64>() / errors.len().max(1) as f64
 }
 
 /// How a picture is read between its pixels.
@@ -212,6 +238,7 @@ mod tests {
             origin_m: DVec3::ZERO,
             position: vec![[0.0; 4]; ink.len()],
             luma: ink.iter().map(|ink| 1.0 - ink).collect(),
+            colors: ink.iter().map(|ink| [(255.0 * (1.0 - ink)).round() as u8; 3]).collect(),
             ink: Some(ink),
             strokes: None,
             centres: None,
@@ -288,5 +315,17 @@ mod tests {
         let mut broken = half;
         broken.luma.pop();
         assert_eq!(ExactnessTotals::default().add(&broken, &reference, None), Err(TemporalError::Size));
+    }
+
+    #[test]
+    fn what_an_eye_notices_more_is_a_larger_flip() {
+        let line_at = |column: u32| frame(SIZE_PX, move |x, _| if x % 16 == column { 1.0 } else { 0.0 });
+        let of = |drawn: &DrawnFrame| flip(drawn, &line_at(4));
+        let [same, moved, missing] = [line_at(4), line_at(5), frame(SIZE_PX, |_, _| 0.0)].map(|drawn| of(&drawn));
+        let black = of(&frame(SIZE_PX, |_, _| 1.0));
+        assert!(same == 0.0 && moved > 0.01 && missing > moved && black > missing, "{same} {moved} {missing} {black}");
+        // A smaller picture of the same lines, two pixels of it for each one of theirs.
+        let half = frame(SIZE_PX.map(|side| side / 2), |x, _| if x % 8 == 2 { 0.5 } else { 0.0 });
+        assert!(of(&half) < missing, "{}", of(&half));
     }
 }

@@ -65,6 +65,8 @@ pub struct DrawnFrame {
     pub marks: Option<Vec<f32>>,
     /// sRGB-encoded luminance of the final picture, 0 black to 1 white.
     pub luma: Vec<f32>,
+    /// Colours of the final picture: red, green and blue, sRGB-encoded, 0 to 255.
+    pub colors: Vec<[u8; 3]>,
 }
 
 /// The stroke at each pixel, row by row like the frame's other pictures.
@@ -203,7 +205,7 @@ impl DrawnFrame {
         let of_strokes = self.strokes.iter().chain(&self.centres);
         let of_strokes =
             of_strokes.flat_map(|of| [of.id.len(), of.along_px.len(), of.half_width_px.len(), of.depth_m.len()]);
-        let lengths = [self.position.len(), self.luma.len()];
+        let lengths = [self.position.len(), self.luma.len(), self.colors.len()];
         let mut lengths = lengths.into_iter().chain(self.ink.iter().chain(&self.marks).map(Vec::len)).chain(of_strokes);
         pixels > 0 && lengths.all(|length| length == pixels)
     }

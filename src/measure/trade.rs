@@ -11,7 +11,8 @@ struct Column {
     /// Its key in files, with the unit.
     key: &'static str,
     value: fn(&Run) -> Option<f64>,
-    least: f64,
+    /// `None`: settings are not compared by it.
+    least: Option<f64>,
 }
 
 /// Key of the sweep that changes the size of the picture.
@@ -22,36 +23,38 @@ pub(crate) const TONE_ERROR: &str = "tone_error_percent";
 const FLICKER: &str = "flicker_percent";
 
 /// The errors that are compared, of which less is better.
-const ERRORS: [Column; 5] = [
+const ERRORS: [Column; 6] = [
     Column {
         head: "lines lost %",
         key: LINES_LOST,
         value: |run| Some(100.0 * (1.0 - exactness(run, "line_recall")?)),
-        least: 0.05,
+        least: Some(0.05),
     },
     Column {
         head: "lines added %",
         key: "lines_added_percent",
         value: |run| Some(100.0 * (1.0 - exactness(run, "line_precision")?)),
-        least: 0.05,
+        least: Some(0.05),
     },
     Column {
         head: "tone error %",
         key: TONE_ERROR,
         value: |run| Some(100.0 * exactness(run, "tone_error")?),
-        least: 0.02,
+        least: Some(0.02),
     },
     Column {
         head: "surface error px",
         key: "surface_error_px",
         value: |run| exactness(run, "surface_error_px"),
-        least: 0.05,
+        least: Some(0.05),
     },
+    // What an eye notices, lines and tones together; it says less about each than the errors above.
+    Column { head: "FLIP %", key: "flip_percent", value: |run| Some(100.0 * exactness(run, "flip")?), least: None },
     Column {
         head: "flicker %",
         key: FLICKER,
         value: |run| Some(100.0 * metric(run.temporal.as_ref(), "flicker")?),
-        least: 0.05,
+        least: Some(0.05),
     },
 ];
 
@@ -109,12 +112,12 @@ impl<'a> Trade<'a> {
     /// Returns whether each setting is on the front of cost and errors. An error that was measured for none of them, such
     /// as that of lines in a style without lines, does not count.
     pub(crate) fn on_front(&self) -> Vec<bool> {
-        let columns: Vec<&Column> = self.columns().collect();
+        let columns: Vec<&Column> = self.columns().filter(|column| column.least.is_some()).collect();
         let point = |run: &&Run| {
             std::iter::once(self.cost.of(run)).chain(columns.iter().map(|column| (column.value)(run))).collect()
         };
         let points: Vec<Vec<Option<f64>>> = self.runs.iter().map(point).collect();
-        let least: Vec<f64> = std::iter::once(0.0).chain(columns.iter().map(|column| column.least)).collect();
+        let least: Vec<f64> = std::iter::once(0.0).chain(columns.iter().filter_map(|column| column.least)).collect();
         front::on_front(&points, &least)
     }
 

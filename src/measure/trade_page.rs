@@ -24,7 +24,8 @@ fn page() -> String {
         let front = Front::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
         let [width, height] = front.size;
         write!(page, "\n## {name}\n\n![Cost and error of {name}](pictures/{})\n\n", picture(name)).ok();
-        writeln!(page, "{width} × {height}, {}. {}\n", front.adapter, front.measured).ok();
+        let adapter = front.adapter.split(" (").next().unwrap_or_default();
+        writeln!(page, "{width} × {height}, {adapter}. {}\n", front.measured).ok();
         writeln!(
             page,
             "| level | setting | {} | relative | lines lost % | lines added % | tone error % | surface px |",
@@ -41,15 +42,18 @@ fn picture(name: &str) -> String {
     format!("trade-{name}.svg")
 }
 
+fn levels(point: &Point) -> String {
+    let levels = Level::ALL.into_iter().filter(|level| point.levels.contains(level));
+    levels.map(Level::name).collect::<Vec<_>>().join(", ")
+}
+
 fn row(point: &Point) -> String {
-    let levels: Vec<&str> =
-        Level::ALL.into_iter().filter(|level| point.levels.contains(level)).map(Level::name).collect();
     let set: Vec<String> = point.set.iter().map(|(key, text)| format!("`{key}={text}`")).collect();
     let error =
         |key: &str, digits: usize| point.errors.get(key).map_or("–".to_owned(), |error| format!("{error:.digits$}"));
     format!(
         "| {} | {} | {:.3} | {:.2} | {} | {} | {} | {} |\n",
-        levels.join(", "),
+        levels(point),
         if set.is_empty() { "as it is".to_owned() } else { set.join(" ") },
         point.cost,
         point.cost_ratio,
@@ -70,7 +74,12 @@ fn plot(front: &Front) -> String {
     let name = if key == trade::LINES_LOST { "lines lost, %" } else { "tone error, %" };
     let point = |point: &Point| {
         let words: Vec<String> = point.set.iter().map(|(key, text)| format!("{key}={text}")).collect();
-        Some(Plotted { at: [point.cost, *point.errors.get(key)?], is_on_front: true, words: words.join(" ") })
+        Some(Plotted {
+            at: [point.cost, *point.errors.get(key)?],
+            is_on_front: true,
+            words: words.join(" "),
+            label: levels(point),
+        })
     };
     let points: Vec<Plotted> = front.points.iter().filter_map(point).collect();
     let style = "<style>text { font: 12px sans-serif; fill: #555 } .rule { stroke: #ddd }</style>\n<rect width=\"100%\" \
@@ -100,4 +109,30 @@ fn the_page_is_that_of_the_fronts() {
     let mut other = front.clone();
     other.points[0].cost *= 1.5;
     assert!(row(&other.points[0]) != row(&front.points[0]) && plot(&other) != plot(&front));
+}
+
+/// The levels of a front are far apart, and its costs are those of its own measurement: the setting that is the style as it
+/// is costs as much as the style.
+#[test]
+fn the_fronts_agree_with_their_styles() {
+    for (name, text) in FRONTS {
+        let front = Front::parse(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let style = crate::style::Style::load(name).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let level = |level| front.point(level).unwrap_or_else(|| panic!("{name}: {level:?} is missing"));
+        let [draft, balanced, exact] = Level::ALL.map(level);
+        let apart = exact.cost / draft.cost;
+        assert!(apart > 2.0, "{name}: draft and exact are {apart:.2} apart");
+        assert!(draft.cost <= balanced.cost && balanced.cost <= exact.cost, "{name}");
+        let is_as_it_is = |point: &&Point| {
+            let setting = point.setting().unwrap_or_else(|error| panic!("{name}: {error}"));
+            let is_default =
+                setting.scale.is_none_or(|scale| scale == 1.0) && setting.lod_error_px.is_none_or(|px| px == 1.0);
+            let text = crate::style::set::with_values(name, &style.text(), &style, &setting.values);
+            let with = text.and_then(|text| crate::style::Style::parse_with(name, &text, &style.recipe_files()));
+            is_default && with.is_ok_and(|with| with == style)
+        };
+        for own in front.points.iter().filter(is_as_it_is) {
+            assert!((own.cost_ratio - 1.0).abs() < 0.01, "{name}: as it is, it costs {}", own.cost_ratio);
+        }
+    }
 }

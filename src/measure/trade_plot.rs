@@ -23,7 +23,7 @@ pub(super) fn svg(trade: &Trade<'_>) -> Option<String> {
         .iter()
         .zip(trade.on_front())
         .filter_map(|(run, is_on_front)| {
-            Some(Plotted { at: place(run)?, is_on_front, words: trade::setting_words(run) })
+            Some(Plotted { at: place(run)?, is_on_front, words: trade::setting_words(run), label: String::new() })
         })
         .collect();
     let svg = drawing(&points, trade.cost.head(), name);
@@ -40,6 +40,8 @@ pub(super) struct Plotted {
     pub is_on_front: bool,
     /// The setting in words.
     pub words: String,
+    /// Its name beside it; empty without one.
+    pub label: String,
 }
 
 /// Returns the plot of settings as SVG; `cost_name` and `name` are those of the axes.
@@ -71,7 +73,7 @@ pub(super) fn drawing(points: &[Plotted], cost_name: &str, name: &str) -> String
     let line: Vec<String> = front.into_iter().map(on_page).map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
     svg +=
         &format!("<polyline fill=\"none\" stroke=\"#888\" stroke-dasharray=\"3 3\" points=\"{}\"/>\n", line.join(" "));
-    for Plotted { at, is_on_front, words } in points {
+    for Plotted { at, is_on_front, words, label } in points {
         let ([x, y], fill) = (on_page(*at), if *is_on_front { "#0b6" } else { "none" });
         let [cost, error] = at.map(short);
         svg += &format!(
@@ -80,6 +82,12 @@ pub(super) fn drawing(points: &[Plotted], cost_name: &str, name: &str) -> String
             escape(words),
             cost_name
         );
+        if !label.is_empty() {
+            // Toward the middle of the plot, so that the text has room.
+            let (side, anchor) = if x > 0.5 * WIDTH { (-8.0, "end") } else { (8.0, "start") };
+            let (x, y) = (x + side, y - 6.0);
+            svg += &format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>\n", escape(label));
+        }
     }
     svg + "</svg>\n"
 }

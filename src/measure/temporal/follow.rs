@@ -247,6 +247,7 @@ mod tests {
             centres: None,
             marks: None,
             luma: vec![0.0; 35],
+            colors: vec![[0; 3]; 35],
         }
     }
 

@@ -47,9 +47,11 @@ pub fn read_drawn(
     let marks: Option<Vec<f32>> = marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?;
     let rows = renderer.eye_target(eye, &ROW_INK).filter(|_| style.rows().is_some());
     let rows = rows.map(|rows| channel::<1>(gpu, rows, size_px, 0)).transpose()?;
-    let luma = halves::<4>(gpu, picture, size_px)?
-        .into_iter()
-        .map(|[red, green, blue, _]| srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
+    let (mut luma, mut colors) = (Vec::new(), Vec::new());
+    for [red, green, blue, _] in halves::<4>(gpu, picture, size_px)? {
+        luma.push(srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
+        colors.push([red, green, blue].map(|value| (255.0 * srgb_from_linear(value)).round() as u8));
+    }
     let view = View { jitter_px: DVec2::ZERO, ..rig.eyes[eye] };
     let mut position = renderer.places(gpu, eye, [0, 0], size_px)?.ok_or_else(no_frame)?;
     if view != rig.eyes[eye] {
@@ -70,7 +72,8 @@ pub fn read_drawn(
             (Some(marks), Some(rows)) => Some(marks.into_iter().zip(rows).map(|(mark, row)| mark.max(row)).collect()),
             (marks, rows) => marks.or(rows),
         },
-        luma: luma.collect(),
+        luma,
+        colors,
     })
 }
 

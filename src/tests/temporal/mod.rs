@@ -103,6 +103,7 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
         centres: None,
         marks: None,
         luma: vec![0.0; pixels],
+        colors: vec![[0; 3]; pixels],
     };
     let strokes = frame.strokes.as_mut().unwrap();
     for (pixel, ink) in frame.ink.iter_mut().flatten().enumerate() {
