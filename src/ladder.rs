@@ -367,8 +367,10 @@ mod tests {
         let drawn = ladder.applied(&ink, scale).into_owned();
         assert!(drawn != ink && drawn.name == "ink");
         // What the front sets as the style has it is not given up; nor is a resolution that the user has set lower.
-        assert_eq!(ladder.words(1.0, 1.0).unwrap(), format!("resolution {scale}."));
-        assert_eq!(ladder.words(scale, 1.0), None);
+        let lod_error_px = ladder.setting().unwrap().lod_error_px.unwrap();
+        let words = format!("resolution {scale}, terrain error {lod_error_px} px.");
+        assert_eq!(ladder.words(1.0, 0.5).unwrap(), words);
+        assert_eq!(ladder.words(scale, lod_error_px), None);
         // A style without a front is drawn as it is, and the panel says so.
         ladder.follow("plain", Quality::Level(Level::Draft));
         assert!(ladder.setting().is_none() && ladder.words(1.0, 1.0).unwrap().contains("no measured levels"));

@@ -88,7 +88,7 @@ fn built_in(style: &str) -> anyhow::Result<Front> {
     let Some(text) = text else {
         let measured = FRONTS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         bail!(Misuse(format!(
-            "{name} has no measured settings for --quality and --budget (only {measured} has). Measure them: hachure \
+            "{name} has no measured settings for --quality and --budget (presets that have some: {measured}). Measure them: hachure \
              bench WORLD --path tour --styles {name} --sweep scale=0.5,0.75,1 --sweep lod-error=0.5,1,4 -o DIR; then \
              add --front DIR/{}",
             quality::file_name(&arguments::style(style)?.name),

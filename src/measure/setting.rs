@@ -9,7 +9,10 @@ use crate::style::set::SetValue;
 const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
 
 /// The measured fronts of presets, by name.
-pub(crate) const FRONTS: &[(&str, &str)] = &[("ink", include_str!("../../benches/fronts/ink.toml"))];
+pub(crate) const FRONTS: &[(&str, &str)] = &[
+    ("ink", include_str!("../../benches/fronts/ink.toml")),
+    ("strokes", include_str!("../../benches/fronts/strokes.toml")),
+];
 
 /// The changes that a point of a front, or a setting of a sweep, makes.
 #[derive(Clone, Debug, Default, PartialEq)]
