@@ -72,8 +72,7 @@ parameters! {
         borders called "Border of terrain": bool = true;
         /// Strokes are rebuilt every this many frames, and move with the world in between.
         update_every in "frames" called "Rebuilding interval": u32 = 10 => Range::Within(1.0, 1000.0);
-        /// Strokes are not rebuilt sooner than this after the last time while the camera moves, even if land comes into view
-        /// that has none; 0 waits for nothing.
+        /// While the camera moves, strokes are not rebuilt sooner than this after the last time; 0 waits for nothing.
         rebuild_ms called "Shortest time between rebuilds": f32 = 0.0 => Range::Within(0.0, 1000.0), zero "no wait";
         /// Whether strokes inherit identity, texture, pressure and part of their position from those of the previous
         /// frame.
