@@ -129,15 +129,15 @@ pub(crate) enum Limit {
     Processor,
 }
 
-/// What others that share the GPU leave to the frames, such as a headset's runtime whose own work comes too late, or a
-/// device that is getting hot.
+/// How much of the GPU a headset's runtime asks the frames to leave free, because its own work is late or the device is
+/// getting hot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Pressure {
     #[default]
     Normal,
-    /// Soon there will be too little.
+    /// The GPU will soon be too slow.
     Warning,
-    /// There is too little.
+    /// The GPU is too slow.
     Impaired,
 }
 

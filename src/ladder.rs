@@ -185,7 +185,7 @@ impl Ladder {
         (self.number << 16) | if self.rests { AT_REST } else { step }
     }
 
-    /// Returns a style with the present setting, for pictures that are `scale` times as large as the window.
+    /// Returns a style with the present setting, for pictures that are `scale` times as large as the window or the headset's images.
     pub(crate) fn applied<'a>(&'a mut self, style: &'a Style, scale: f64) -> Cow<'a, Style> {
         let values = self.setting().map(|setting| setting.values.clone()).unwrap_or_default();
         if values.is_empty() && scale == 1.0 {

@@ -40,7 +40,7 @@ pub(super) struct Plotted {
     pub is_on_front: bool,
     /// The setting in words.
     pub words: String,
-    /// Its name beside it; empty without one.
+    /// Name that is written beside the point; may be empty.
     pub label: String,
 }
 

@@ -19,12 +19,12 @@ use crate::source::Progress;
 /// Number of views, spread over the path.
 const VIEWS: usize = 8;
 /// Longest wait for the tiles of a view. A drawing without them would be compared with one that has them.
-const AT_REST: Duration = Duration::from_secs(60);
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
 /// Samples of a picture at rest that is the mean of several frames.
 const SAMPLES: u32 = 16;
 
-/// Every so manieth view is also flown past, for the bytes of a frame in flight.
-const FLOWN: usize = 2;
+/// A short flight begins at every second view, for the bytes of a frame in flight.
+const VIEWS_PER_FLIGHT: usize = 2;
 /// Frames per second of that flight.
 const FLIGHT_FPS: f64 = 60.0;
 /// Frames of a flight before the first that is traced: what a picture shows, such as water, is known after it was drawn.
@@ -77,7 +77,7 @@ pub(super) fn measure(
             let AtRest { drawn, surface_px, is_settled: of_run } = run.draw_at_rest(gpu, &camera)?;
             run.exactness.add(&drawn, &truth.drawn, surface_px)?;
             is_settled &= of_run;
-            if view % FLOWN == 0 {
+            if view % VIEWS_PER_FLIGHT == 0 {
                 run.trace_flight(gpu, path, t_s)?;
             }
         }
@@ -86,7 +86,7 @@ pub(super) fn measure(
     if unsettled > 0 {
         tracing::warn!(
             "--sweep: {unsettled} of {VIEWS} views of {name} lacked tiles after {} s, so their errors are too large",
-            AT_REST.as_secs()
+            LONGEST_WAIT.as_secs()
         );
     }
     Ok(())
@@ -101,17 +101,17 @@ impl StyleRun {
         drawn
     }
 
-    /// Draws a short flight from a time of the path, after a picture at rest there, and traces its frames.
+    /// Draws a short flight, which begins at a time of the path where a picture at rest was drawn, and traces its frames.
     fn trace_flight(&mut self, gpu: &Gpu, path: &CameraPath, t_s: f64) -> Result<(), GpuError> {
         let interval = self.variant.style.strokes().map_or(1, |strokes| strokes.update_every as usize);
         let traced = interval.clamp(*TRACED.start(), *TRACED.end());
         let frames = FLIGHT_WARM_UP + traced;
         // At its end, the path is flown back.
         let end_s = path.times_s().last().copied().unwrap_or_default();
-        let back = if t_s + frames as f64 / FLIGHT_FPS > end_s { -1.0 } else { 1.0 };
+        let direction = if t_s + frames as f64 / FLIGHT_FPS > end_s { -1.0 } else { 1.0 };
         self.set_submits(Submits::Whole);
         for frame in 0..frames {
-            let now_s = t_s + back * frame as f64 / FLIGHT_FPS;
+            let now_s = t_s + direction * frame as f64 / FLIGHT_FPS;
             self.set_traces(frame >= FLIGHT_WARM_UP);
             self.draw_only(gpu, &path.sample(now_s), now_s)?;
             gpu.wait();
@@ -127,7 +127,7 @@ impl StyleRun {
 
     fn draw_settled(&mut self, gpu: &Gpu, camera: &Camera) -> Result<AtRest, GpuError> {
         self.forget();
-        let is_settled = self.settle(gpu, camera, 0.0, AT_REST)?;
+        let is_settled = self.settle(gpu, camera, 0.0, LONGEST_WAIT)?;
         let samples = if self.variant.antialias == Antialias::Temporal { SAMPLES } else { 1 };
         let mut rig = None;
         for _ in 0..samples {

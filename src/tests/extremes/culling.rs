@@ -90,8 +90,8 @@ fn culling_changes_no_picture() {
     assert_eq!(changed(&mut land.world, &rigs, CLOSE_PX)[0], 0);
 }
 
-/// Maps of low hills, beside whose western edge is a border of blocks: marks of the blocks that are out of view run into
-/// the picture.
+/// Draws maps of low hills. A border between blocks is just outside of their western edge, so marks of blocks that are
+/// out of view run into the picture.
 #[test]
 fn marks_that_begin_out_of_view_are_drawn() {
     let low_m = |x_m: f64, y_m: f64| 60.0 * ((x_m / 900.0).sin() + (y_m / 700.0 + x_m / 2100.0).cos());
