@@ -25,7 +25,7 @@ fn page() -> String {
         let [width, height] = front.size;
         write!(page, "\n## {name}\n\n![Cost and error of {name}](pictures/{})\n\n", picture(name)).ok();
         let adapter = front.adapter.split(" (").next().unwrap_or_default();
-        writeln!(page, "{width} × {height}, {adapter}. {}\n", front.measured).ok();
+        writeln!(page, "{width} × {height}, {adapter}. {}.\n", front.measured).ok();
         writeln!(
             page,
             "| level | setting | {} | relative | lines lost % | lines added % | tone error % | surface px |",

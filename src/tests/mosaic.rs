@@ -271,42 +271,74 @@ const INSET: [u32; 2] = [800, 1824];
 /// The base is 2⁴ times as coarse as the inset, which is this level.
 const BASE_LEVEL: u32 = 4;
 
-/// Planted error: a mosaic whose fine tiles end at the border of its inset.
-struct Bare(Arc<MosaicStore>);
+/// The error that is planted in a mosaic.
+#[derive(Clone, Copy)]
+enum Planted {
+    /// Fine tiles end at the border of the inset.
+    NothingAround,
+    /// Coarse tiles do not know of members that are smaller than the space between samples.
+    UnawareOfSmall,
+}
 
-impl TileStore for Bare {
+/// A mosaic with a planted error.
+struct Faulty {
+    store: Arc<MosaicStore>,
+    planted: Planted,
+    coarse_patches: Vec<Vec<PatchStatistics>>,
+}
+
+impl Faulty {
+    fn of(store: &Arc<MosaicStore>, planted: Planted) -> Arc<dyn TileStore> {
+        let top = TileAddress { level: store.levels().len() as u32 - 1, x: 0, y: 0 };
+        let coarse_patches = match planted {
+            Planted::NothingAround => store.coarse_patches().to_vec(),
+            Planted::UnawareOfSmall => {
+                let tile = store.clone().load(top).unwrap().tile;
+                coarse_patches(store.levels(), &derive(store.levels(), top, tile))
+            }
+        };
+        Arc::new(Self { store: store.clone(), planted, coarse_patches })
+    }
+}
+
+impl TileStore for Faulty {
     fn name(&self) -> String {
-        self.0.name()
+        self.store.name()
     }
 
     fn levels(&self) -> &[LevelSize] {
-        self.0.levels()
+        self.store.levels()
     }
 
     fn georeference(&self) -> &Georeference {
-        self.0.georeference()
+        self.store.georeference()
     }
 
     fn range_m(&self) -> [f32; 2] {
-        self.0.range_m()
+        self.store.range_m()
     }
 
     fn is_measured(&self) -> bool {
-        self.0.is_measured()
+        self.store.is_measured()
     }
 
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
-        self.0.coarse_patches()
+        &self.coarse_patches
     }
 
     fn has_tile(&self, address: TileAddress) -> bool {
         let side = 256 << address.level;
         let meets = |tile: u32| tile * side < INSET[1] && (tile + 1) * side > INSET[0];
-        self.0.has_tile(address) && (address.level >= BASE_LEVEL || meets(address.x) && meets(address.y))
+        let is_cut = matches!(self.planted, Planted::NothingAround) && address.level < BASE_LEVEL;
+        self.store.has_tile(address) && (!is_cut || meets(address.x) && meets(address.y))
     }
 
     fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
-        Arc::clone(&self.0).fetch(address, cancel)
+        let decode = Arc::clone(&self.store).fetch(address, cancel)?;
+        match self.planted {
+            Planted::NothingAround => Ok(decode),
+            Planted::UnawareOfSmall => Ok(Box::new(move || Ok(derive(self.store.levels(), address, decode()?.tile)))),
+        }
     }
 }
 
@@ -348,7 +380,7 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
     );
     let beyond = store.clone().load(TileAddress { level: 0, x: 8, y: 8 }).unwrap();
     assert!(beyond.tile.samples.iter().all(|&height| height.is_finite() && !is_void(height)));
-    let bare: Arc<dyn TileStore> = Arc::new(Bare(store.clone()));
+    let bare = Faulty::of(&store, Planted::NothingAround);
 
     const ALLOWED_PX: f64 = 0.25;
     let [near, middle, far] = [40.0, 512.0, 983.0];
@@ -374,53 +406,6 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
     assert!(planted_px[1..].iter().all(|&error_px| error_px > ALLOWED_PX), "{planted_px:?}");
 }
 
-/// Planted error: a mosaic whose coarse tiles do not know of members that are smaller than the space between samples.
-struct Unaware(Arc<MosaicStore>, Vec<Vec<PatchStatistics>>);
-
-impl Unaware {
-    fn of(store: Arc<MosaicStore>) -> Self {
-        let top = TileAddress { level: store.levels().len() as u32 - 1, x: 0, y: 0 };
-        let patches =
-            coarse_patches(store.levels(), &derive(store.levels(), top, store.clone().load(top).unwrap().tile));
-        Self(store, patches)
-    }
-}
-
-impl TileStore for Unaware {
-    fn name(&self) -> String {
-        self.0.name()
-    }
-
-    fn levels(&self) -> &[LevelSize] {
-        self.0.levels()
-    }
-
-    fn georeference(&self) -> &Georeference {
-        self.0.georeference()
-    }
-
-    fn range_m(&self) -> [f32; 2] {
-        self.0.range_m()
-    }
-
-    fn is_measured(&self) -> bool {
-        self.0.is_measured()
-    }
-
-    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
-        &self.1
-    }
-
-    fn has_tile(&self, address: TileAddress) -> bool {
-        self.0.has_tile(address)
-    }
-
-    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
-        let decode = Arc::clone(&self.0).fetch(address, cancel)?;
-        Ok(Box::new(move || Ok(derive(self.0.levels(), address, decode()?.tile))))
-    }
-}
-
 /// A DEM that is smaller than the space between samples of the coarsest level is drawn in full: on a wide plain, and with
 /// nothing but another DEM far away.
 #[test]
@@ -437,7 +422,7 @@ fn a_small_member_is_drawn_in_a_wide_world() {
         let coarsest = f64::from(store.levels().len() as u32 - 1).exp2();
         assert!(coarsest > 64.0, "the coarsest samples are {coarsest} apart");
         let shift = DVec2::new(40_000.0, 25_000.0);
-        let unaware: Arc<dyn TileStore> = Arc::new(Unaware::of(store.clone()));
+        let unaware = Faulty::of(&store, Planted::UnawareOfSmall);
         let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
         let errors_px = inset_errors_px(&mut world, shift, &views);
         println!("99.9 % of the errors are within {errors_px:.4?} px");

@@ -175,12 +175,20 @@ fn complaints(text: &str) -> Vec<String> {
     all
 }
 
+/// Returns whether a file is missing, or older than one of the files of a folder.
+fn is_older(file: &Path, folder: &Path) -> bool {
+    let changed = |path: &Path| std::fs::metadata(path).and_then(|it| it.modified()).ok();
+    let Some(made) = changed(file) else { return true };
+    let sources = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    sources.filter_map(|source| changed(&source)).any(|source| source > made)
+}
+
 /// Returns the runtime's library, which cargo builds with the examples. `cargo test --test headset` does not build it,
 /// so in that case it is built here.
 fn runtime() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let library = test.parent().unwrap().parent().unwrap().join("examples/libhachure_test_runtime.so");
-    if !library.exists() {
+    if is_older(&library, &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/headset/runtime")) {
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--release", "--example", "hachure_test_runtime"]);
         cargo.current_dir(env!("CARGO_MANIFEST_DIR"));
