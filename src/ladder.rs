@@ -235,7 +235,8 @@ impl Ladder {
             of.is_none_or(|style| with_values(style, std::slice::from_ref(value)).0 != *style)
         };
         let values = setting.values.iter().filter(differs).map(SetValue::to_string);
-        let parts: Vec<String> = resolution.into_iter().chain(error).chain(values).collect();
+        let trees = setting.tree_detail.filter(|detail| *detail < 1.0).map(|detail| format!("tree detail {detail}"));
+        let parts: Vec<String> = resolution.into_iter().chain(error).chain(trees).chain(values).collect();
         (!parts.is_empty()).then(|| parts.join(", "))
     }
 

@@ -6,7 +6,8 @@
 #import hachure::pcg::pcg
 
 struct Brush {
-    // Size of the texture's tile along and across the stroke, in pixels.
+    // Size of the texture's tile along and across the stroke, in pixels; across, a picture of a stroke is as wide as the
+    // stroke.
     tile_px: vec2<f32>,
     // Half width of a stroke that shows the texture at its own scale, in pixels.
     nominal_half_width_px: f32,
@@ -24,8 +25,10 @@ struct Brush {
     border_part: f32,
     // Part of the pressure that is left at the border, 0 to 1.
     border_pressure: f32,
-    padding_a: f32,
-    padding_b: f32,
+    // Whether the tile is a picture of a stroke, which reaches from border to border: 1 or 0.
+    fills: f32,
+    // Half a texel across, in tiles: a picture of a stroke does not begin again beyond its border.
+    half_texel: f32,
 }
 
 // Returns where the stroke `id` begins on the tile, in tiles.
@@ -36,8 +39,13 @@ fn brush_offset(id: u32) -> vec2<f32> {
 // Returns the texture coordinates of a point of the stroke `id`. `along_px` is its arc length, `across_px` its signed
 // distance from the centre line.
 fn brush_uv(brush: Brush, along_px: f32, across_px: f32, half_width_px: f32, id: u32) -> vec2<f32> {
+    let offset = brush_offset(id);
+    if brush.fills > 0.5 {
+        let across = clamp(0.5 + 0.5 * across_px / half_width_px, brush.half_texel, 1.0 - brush.half_texel);
+        return vec2<f32>(along_px / brush.tile_px.x + offset.x, across);
+    }
     let widening = power(brush.nominal_half_width_px / half_width_px, brush.spread);
-    return vec2<f32>(along_px, across_px * widening) / brush.tile_px + brush_offset(id);
+    return vec2<f32>(along_px, across_px * widening) / brush.tile_px + offset;
 }
 
 // Returns the ink that a point takes, 0 to 1, without the coverage of its pixel. `texel` is pigment and threshold,

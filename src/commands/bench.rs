@@ -128,8 +128,9 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
     /// Measure each style with other values too, and compare each setting with a converged reference. KEY is a parameter
-    /// of all the styles, or lod-error, antialias, or scale (a factor on --size, 0.25 to 2). With several --sweep, every
-    /// combination is measured (at most 64 settings)
+    /// of all the styles, lod-error, antialias, scale (a factor on --size, 0.25 to 2), tree-detail (a factor; at 2 trees
+    /// become simpler at half the size), or tile-error (heights rounded as by bake --max-error, in m). With several
+    /// --sweep, every combination is measured (at most 64 settings)
     #[arg(long, value_name = "KEY=VALUE,…", conflicts_with = "real_time")]
     pub sweep: Vec<Sweep>,
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]

@@ -299,6 +299,7 @@ impl Flight {
         self.renderer.set_submits(if is_governed { Submits::Framed } else { Submits::Whole });
         self.renderer.set_frame_tag(self.ladder.tag());
         world.surfaces.terrain.set_lod_error_px(setting.lod_error_px.unwrap_or(0.0).max(self.lod_error_px));
+        world.surfaces.set_tree_detail(setting.tree_detail.unwrap_or(1.0));
         let style = &*self.ladder.applied(chosen, scale);
         let prepared = self.renderer.render_eyes(&headset.gpu, &mut world.surfaces, &rig, style, &world.light)?;
         // Poll without waiting for the GPU.

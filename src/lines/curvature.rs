@@ -11,15 +11,12 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Group, Target, TargetKind};
 use crate::gpu::wgsl::lines::curvature::{AXES, CurvatureLines};
-use crate::lines::strokes::texture::StrokeTexture;
+use crate::lines::strokes::texture::{REPEATS_PX, StrokeTexture};
 use crate::style::Curvature;
 use crate::surface::ladder::{self, compass};
 
 /// Position of the origin on each axis and level: the coordinates along lines.
 const LINE_PHASES: BufferKind = BufferKind::storage("line phases");
-
-/// Least length after which the coordinates along lines repeat, in pixels.
-const REPEATS_PX: f32 = 4096.0;
 
 /// Ink of the lines: 0 is none, 1 is full.
 pub(crate) const CURVATURE_LINE: TargetKind = TargetKind::storage(
@@ -51,7 +48,7 @@ pub(crate) struct Inputs<'a> {
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let settings = inputs.settings;
     let texture = settings.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
-    // A tile has a power of two as its length, so whole tiles fit.
+    // A tile has a power of two as its length, and that of a picture is rounded, so whole tiles fit.
     let repeats_px = settings.texture.as_ref().map_or(REPEATS_PX, |recipe| REPEATS_PX.max(recipe.tile.along_px as f32));
     let lines = CurvatureLines {
         width_px: settings.width_px,

@@ -7,6 +7,10 @@ use crate::style::set::SetValue;
 
 /// Allowed render scales.
 const SCALES: NumberRange = NumberRange::Within(0.25, 2.0);
+/// Allowed details of trees.
+const TREE_DETAILS: NumberRange = NumberRange::Within(0.01, 100.0);
+/// Allowed errors of heights in tiles, in metres.
+const TILE_ERRORS_M: NumberRange = NumberRange::Within(0.0, 100.0);
 
 /// The measured fronts of presets, by name.
 pub(crate) const FRONTS: &[(&str, &str)] = &[
@@ -21,6 +25,10 @@ pub(crate) struct Setting {
     /// Factor on both sides of the picture.
     pub scale: Option<f64>,
     pub antialias: Option<Antialias>,
+    /// Factor on the sizes in pixels down to which trees are drawn in detail ([`crate::world::Surfaces::tree_detail`]).
+    pub tree_detail: Option<f64>,
+    /// Largest error of a height that rounding causes, in metres.
+    pub tile_error_m: Option<f64>,
     /// Parameters of the style.
     pub values: Vec<SetValue>,
 }
@@ -37,6 +45,8 @@ impl Setting {
             match key {
                 "lod-error" => setting.lod_error_px = Some(ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?),
                 "antialias" => setting.antialias = Some(text.parse().map_err(wrong)?),
+                "tree-detail" => setting.tree_detail = Some(TREE_DETAILS.parse(text).map_err(wrong)?),
+                "tile-error" => setting.tile_error_m = Some(TILE_ERRORS_M.parse(text).map_err(wrong)?),
                 SCALE => setting.scale = Some(SCALES.parse(text).map_err(wrong)?),
                 _ => setting.values.push(SetValue { key: key.to_owned(), text: text.to_owned() }),
             }

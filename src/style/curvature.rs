@@ -25,8 +25,8 @@ parameters! {
         warp_px called "Wave amplitude": f32 = 0.0 => Range::Within(0.0, 16.0);
         /// Wavelength of that wave along the line; whole waves fit in 4096 pixels, so it is rounded by up to 12 %.
         warp_length_px called "Wavelength": f32 = 40.0 => Range::Within(4.0, 1000.0);
-        /// Stroke texture of the lines: a built-in name, or a recipe file (`.toml`) relative to the style; without it
-        /// lines are solid.
+        /// Stroke texture: a built-in name, a recipe (`.toml`) or a picture of a stroke (`.png`); without it lines are
+        /// solid.
         texture_name as "texture" called "Stroke texture": Option<String>;
     } loaded {
         /// The loaded recipe of `texture_name`.
@@ -35,8 +35,8 @@ parameters! {
 }
 
 impl Curvature {
-    /// Returns the file that the texture is read from, if it is not built in; `folder` is the folder of the style.
-    pub(super) fn file(&self, folder: &Path) -> Option<PathBuf> {
-        self.texture_name.as_ref().and_then(|name| texture::file(name, folder))
+    /// Returns the files that the texture was read from; `folder` is the folder of the style.
+    pub(super) fn files(&self, folder: &Path) -> Vec<PathBuf> {
+        texture::files(self.texture_name.as_deref(), self.texture.as_ref(), folder)
     }
 }

@@ -25,8 +25,8 @@ pub enum StyleError {
         #[source]
         source: std::io::Error,
     },
-    /// The name is neither a built-in stroke texture nor a `.toml` file.
-    #[error("{}: no such stroke texture{}", cut(name), hint(name, &texture::names(), &there_is(&texture::names())))]
+    /// The name is neither a built-in stroke texture nor a `.toml` or `.png` file.
+    #[error("{}: no such stroke texture{}", cut(name), hint_of_texture(name))]
     UnknownTexture {
         /// The name, as given.
         name: String,
@@ -53,9 +53,9 @@ pub enum StyleError {
         #[source]
         source: std::io::Error,
     },
-    /// An image of hatching marks is missing or unusable.
+    /// An image of hatching marks or of a stroke is missing or unusable.
     #[error("{}: {cause}", named(path))]
-    MarkImage {
+    Image {
         /// Path of the image.
         path: String,
         /// The cause, in one line.
@@ -86,6 +86,11 @@ fn cut(name: &str) -> String {
 fn hint(name: &str, known: &[&str], where_told: &str) -> String {
     let meant = did_you_mean(name, known.iter().copied());
     if meant.is_empty() { format!("; {where_told}; a file name must end with .toml") } else { meant }
+}
+
+fn hint_of_texture(name: &str) -> String {
+    let hint = hint(name, &texture::names(), &there_is(&texture::names()));
+    hint.replace("end with .toml", "end with .toml, or .png for a picture of a stroke")
 }
 
 fn there_is(names: &[&str]) -> String {

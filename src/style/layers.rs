@@ -67,6 +67,7 @@ macro_rules! layer_kinds {
         $name:literal $kind:ident $(, called $label:literal)?: $get:ident, $get_mut:ident, $set:ident, at most $max:literal;
     )+) => {
         /// An ink layer of a style.
+        #[expect(clippy::large_enum_variant, reason = "a style has few layers")]
         #[derive(Clone, Debug, PartialEq, Deserialize)]
         pub enum Layer {
             $(

@@ -366,10 +366,10 @@ impl Style {
         }
         let curvature = &mut self.curvature;
         curvature.texture = source
-            .texture(curvature.texture_name.as_deref())
+            .texture(curvature.texture_name.as_deref(), curvature.width_px)
             .map_err(|error| ("curvature.texture".to_owned(), error))?;
         if let RecipeSource::Folder(folder) = source {
-            self.files.extend(self.curvature.file(folder));
+            self.files.extend(self.curvature.files(folder));
         }
         Ok(())
     }

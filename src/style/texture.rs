@@ -1,8 +1,13 @@
 //! Recipes of stroke textures: how a drawing tool leaves ink along a stroke. A recipe is a TOML file from which
-//! `lines/strokes/texture` generates a tile. Five recipes are built in, and a style may name a file of its own.
+//! `lines/strokes/texture` generates a tile. Five recipes are built in, and a style may name a file of its own, or a
+//! picture of a stroke (PNG), which is a recipe with an image.
+
+pub(crate) mod picture;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use self::picture::StrokePicture;
 use super::StyleError;
 use super::parameters::{self, Range, parameters};
 use super::recipes::Recipes;
@@ -25,6 +30,8 @@ parameters! {
     pub struct Recipe {
         /// One-line description of the texture.
         description: String;
+        /// Picture of a stroke (PNG), relative to the recipe; it takes the place of `pigment` and `marks`.
+        image: Option<PathBuf>;
         /// The tile that repeats along strokes, and across them where they are wider than the tile.
         tile: Tile;
         /// How the drawing tool touches the paper.
@@ -33,6 +40,9 @@ parameters! {
         pigment: Pigment;
         /// Noises whose sum is a height field; the highest parts take ink first.
         marks: Vec<Marks> => Range::Entries(1, 8);
+    } loaded {
+        /// The loaded picture of `image`.
+        picture: Option<Arc<StrokePicture>>;
     }
 }
 
@@ -108,26 +118,81 @@ pub fn names() -> Vec<&'static str> {
     RECIPES.names()
 }
 
+/// Returns the files that a recipe was read from: that of its name, and its image. `folder` is the folder of the style.
+pub(super) fn files(name: Option<&str>, recipe: Option<&Recipe>, folder: &Path) -> Vec<PathBuf> {
+    let own = name.and_then(|name| file(name, folder));
+    let image = recipe.and_then(|recipe| recipe.image.clone()).filter(|image| own.as_ref() != Some(image));
+    own.into_iter().chain(image).collect()
+}
+
 /// Returns the file that `name` refers to, relative to `folder`; `None` for a built-in recipe.
 pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
     RECIPES.file(name, folder)
 }
 
+/// A recipe for a picture of a stroke: pressure takes away its palest parts first, and its border is that of the picture.
+const OF_PICTURE: &str = include_str!("../../textures/strokes/of-picture.toml");
+
+/// Largest side of the tile across the stroke that a picture is scaled to, and least one, in texels.
+const ACROSS_PX: [u32; 2] = [16, 512];
+/// The same along the stroke.
+const ALONG_PX: [u32; 2] = [64, 2048];
+
 impl Recipe {
-    /// Loads one of [`names`], or a file (`.toml`) whose path is relative to `folder`.
+    /// Loads one of [`names`], or a file (`.toml`, or `.png` for a picture of a stroke) whose path is relative to
+    /// `folder`.
     ///
     /// # Errors
     /// [`StyleError`] with the file's name.
     pub fn load(name: &str, folder: &Path) -> Result<Self, StyleError> {
-        let (shown, text) = RECIPES.text(name, folder)?;
-        Self::parse(&shown, &text)
+        let file = RECIPES.file(name, folder);
+        let recipe = match file.as_ref().filter(|path| has_ending(path, "png")) {
+            Some(path) => {
+                let image = toml_edit::Value::from(path.display().to_string());
+                Self::parse("of-picture.toml", &format!("image = {image}\n{OF_PICTURE}"))?
+            }
+            None => {
+                let (shown, text) = RECIPES.text(name, folder)?;
+                let mut recipe = Self::parse(&shown, &text)?;
+                let own_folder = file.as_ref().and_then(|path| path.parent()).unwrap_or(Path::new(""));
+                recipe.image = recipe.image.map(|image| own_folder.join(image));
+                recipe
+            }
+        };
+        recipe.with_picture()
     }
 
-    /// Parses a recipe; errors begin with `name`.
+    /// Parses a recipe, without loading its image; errors begin with `name`.
     ///
     /// # Errors
     /// [`StyleError::Parse`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
         Ok(parameters::read(name, text)?)
     }
+
+    /// Returns the recipe with its image loaded. The image is relative to the working folder.
+    ///
+    /// # Errors
+    /// [`StyleError::Image`].
+    pub(super) fn with_picture(mut self) -> Result<Self, StyleError> {
+        self.picture = self.image.as_deref().map(picture::read).transpose()?.map(Arc::new);
+        Ok(self)
+    }
+
+    /// Returns the recipe for strokes of a width: a picture fills this width, and its tile has two texels for a pixel.
+    pub(super) fn for_width(mut self, width_px: f32) -> Self {
+        let Some(picture) = &self.picture else { return self };
+        self.touch.nominal_width_px = width_px.clamp(1.0, 64.0);
+        let across_px = 2.0 * self.touch.nominal_width_px;
+        let side =
+            |length_px: f32, [least, most]: [u32; 2]| (length_px.ceil() as u32).clamp(least, most).next_power_of_two();
+        self.tile.across_px = side(across_px, ACROSS_PX);
+        self.tile.along_px = side(across_px * picture.length_to_width(), ALONG_PX);
+        self
+    }
+}
+
+/// Returns whether a file name ends with `.` and `ending`, in capital letters or not.
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending))
 }

@@ -12,7 +12,7 @@ use common::stores::{Accident, Bumpy, Fate};
 use common::{World, grid_of, random, rough_height_m};
 use glam::DVec3;
 use hachure::frame::Renderer;
-use hachure::pyramid::store::Exaggerated;
+use hachure::pyramid::store::Altered;
 use hachure::pyramid::tile::TILE_STRIDE;
 use hachure::pyramid::{LoadedTile, TileAddress, TileStore};
 use hachure::scene::view::View;
@@ -192,7 +192,7 @@ fn an_exaggerated_land_is_that_much_higher() {
     let Some((world, _)) = bumpy(0, ROOM, smooth()) else { return };
     let store = Arc::clone(world.surfaces.terrain.store());
     let address = TileAddress { level: 1, x: 1, y: 1 };
-    let load = |factor: f64| Exaggerated::over(Arc::clone(&store), factor).load(address).unwrap();
+    let load = |factor: f64| Altered::exaggerated(Arc::clone(&store), factor).load(address).unwrap();
     let (plain, twice) = (load(1.0), load(2.0));
     // The lowest bit of a height marks no-data; twice the height must have the same mark.
     let is_twice = |a: &LoadedTile, b: &LoadedTile| {
@@ -207,6 +207,33 @@ fn an_exaggerated_land_is_that_much_higher() {
     };
     assert!(is_twice(&plain, &twice));
     assert!(!is_twice(&plain, &plain) && !is_twice(&plain, &load(2.01)), "planted");
+}
+
+#[test]
+fn a_rounded_land_is_within_the_error() {
+    const ERROR_M: f64 = 0.75;
+    let Some((world, _)) = bumpy(0, ROOM, smooth()) else { return };
+    let store = Arc::clone(world.surfaces.terrain.store());
+    let address = TileAddress { level: 1, x: 1, y: 1 };
+    let load = |error_m: f64| Altered::rounded(Arc::clone(&store), error_m).load(address).unwrap();
+    let (plain, rounded) = (load(0.0), load(ERROR_M));
+    let is_within = |a: &LoadedTile, b: &LoadedTile, error_m: f32| {
+        let mut heights = a.tile.samples.iter().zip(&b.tile.samples);
+        (b.statistics.error_m - a.statistics.error_m - error_m).abs() < 1e-4
+            && heights.all(|(a, b)| (b - a).abs() <= 1.0001 * error_m && a.to_bits() & 1 == b.to_bits() & 1)
+    };
+    assert!(is_within(&plain, &rounded, ERROR_M as f32));
+    assert!(!is_within(&plain, &rounded, 0.5 * ERROR_M as f32), "planted: a smaller error");
+    // Heights are multiples of one step, so a tile has few different ones.
+    let steps = |tile: &LoadedTile| {
+        let of = |height_m: &f32| (height_m / (2.0 * ERROR_M as f32)).round() as i64;
+        tile.tile.samples.iter().map(of).collect::<std::collections::BTreeSet<_>>().len()
+    };
+    let different = |tile: &LoadedTile| {
+        tile.tile.samples.iter().map(|height_m| height_m.to_bits()).collect::<std::collections::BTreeSet<_>>().len()
+    };
+    // The lowest bit of a height marks no-data.
+    assert!(different(&rounded) <= 2 * steps(&rounded) && different(&plain) > 4 * steps(&plain));
 }
 
 fn tile(seed: u32) -> Arc<LoadedTile> {

@@ -61,7 +61,7 @@ impl TonalArtMap {
     /// Generates a recipe's map, or reads its pictures.
     ///
     /// # Errors
-    /// [`StyleError::MarkImage`].
+    /// [`StyleError::Image`].
     pub(crate) fn make(recipe: &Recipe) -> Result<Self, StyleError> {
         let side = recipe.side_px as usize;
         let ink = match recipe.kind {

@@ -18,9 +18,9 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use self::given_water::GivenWater;
-pub(crate) use self::open::exaggerated;
 pub(crate) use self::open::inputs_of;
 pub use self::open::{OpenWorld, WorldError, open_store, scene_of};
+pub(crate) use self::open::{exaggerated, rounded};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;

@@ -12,7 +12,7 @@ use crate::file::message::named;
 use crate::forest::cover::{Cover, CoverError};
 use crate::gpu::Gpu;
 use crate::mesh::{MeshError, obj};
-use crate::pyramid::store::{ContinentStore, Exaggerated, MemoryStore, MosaicStore};
+use crate::pyramid::store::{Altered, ContinentStore, MemoryStore, MosaicStore};
 use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
@@ -190,7 +190,12 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
 
 /// Returns the tiles of a store with exaggerated heights; `store` itself if the factor is 1.
 pub(crate) fn exaggerated(store: Arc<dyn TileStore>, factor: f64) -> Arc<dyn TileStore> {
-    Exaggerated::over(store, factor)
+    Altered::exaggerated(store, factor)
+}
+
+/// Returns the tiles of a store with heights rounded as by `hachure bake --max-error`; `store` itself if the error is 0.
+pub(crate) fn rounded(store: Arc<dyn TileStore>, error_m: f64) -> Arc<dyn TileStore> {
+    Altered::rounded(store, error_m)
 }
 
 fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
@@ -211,7 +216,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
         World::Model(model) => lone_model::ground(model, progress)?,
         World::Memory => return Err(WorldError::Given),
     };
-    Ok(Exaggerated::over(store, scene.vertical_exaggeration))
+    Ok(Altered::exaggerated(store, scene.vertical_exaggeration))
 }
 
 /// Opens a DEM, or several as one world: files, and the height files of folders.

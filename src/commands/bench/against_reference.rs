@@ -15,6 +15,7 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::source::Progress;
+use crate::tiles::Terrain;
 
 /// Number of views, spread over the path.
 const VIEWS: usize = 8;
@@ -71,10 +72,11 @@ pub(super) fn measure(
     let mut unsettled = 0;
     for (view, (t_s, camera)) in path.spread_s(VIEWS).zip(path.spread(VIEWS)).enumerate() {
         bar.report(&format!("comparing {name} with its reference"), view as f32 / VIEWS as f32);
-        let truth = reference.draw_at_rest(gpu, &camera)?;
+        let truth = reference.draw_at_rest(gpu, &camera, None)?;
         let mut is_settled = truth.is_settled;
+        let true_land = &reference.world.surfaces.terrain;
         for run in runs.iter_mut() {
-            let AtRest { drawn, surface_px, is_settled: of_run } = run.draw_at_rest(gpu, &camera)?;
+            let AtRest { drawn, surface_px, is_settled: of_run } = run.draw_at_rest(gpu, &camera, Some(true_land))?;
             run.exactness.add(&drawn, &truth.drawn, surface_px)?;
             is_settled &= of_run;
             if view % VIEWS_PER_FLIGHT == 0 {
@@ -93,10 +95,11 @@ pub(super) fn measure(
 }
 
 impl StyleRun {
-    /// Draws a view until its tiles are there and its strokes have settled, with one eye.
-    fn draw_at_rest(&mut self, gpu: &Gpu, camera: &Camera) -> Result<AtRest, GpuError> {
+    /// Draws a view until its tiles are there and its strokes have settled, with one eye. Its surface is compared with the
+    /// heights of `true_land`, or with its own if there is none.
+    fn draw_at_rest(&mut self, gpu: &Gpu, camera: &Camera, true_land: Option<&Terrain>) -> Result<AtRest, GpuError> {
         let pair = self.pair.take();
-        let drawn = self.draw_settled(gpu, camera);
+        let drawn = self.draw_settled(gpu, camera, true_land);
         self.pair = pair;
         drawn
     }
@@ -125,7 +128,7 @@ impl StyleRun {
         gpu.check()
     }
 
-    fn draw_settled(&mut self, gpu: &Gpu, camera: &Camera) -> Result<AtRest, GpuError> {
+    fn draw_settled(&mut self, gpu: &Gpu, camera: &Camera, true_land: Option<&Terrain>) -> Result<AtRest, GpuError> {
         self.forget();
         let is_settled = self.settle(gpu, camera, 0.0, LONGEST_WAIT)?;
         let samples = if self.variant.antialias == Antialias::Temporal { SAMPLES } else { 1 };
@@ -135,7 +138,7 @@ impl StyleRun {
         }
         let rig = rig.ok_or_else(|| GpuError::Readback("no frame was drawn".to_owned()))?;
         let drawn = temporal::read_drawn(gpu, self.renderer(), &rig, 0, &self.variant.style)?;
-        let terrain = &self.world.surfaces.terrain;
+        let terrain = true_land.unwrap_or(&self.world.surfaces.terrain);
         let surface_px = lod_error::largest_px(gpu, self.renderer(), &rig.eyes[0], terrain, 0)?;
         Ok(AtRest { drawn, surface_px, is_settled })
     }

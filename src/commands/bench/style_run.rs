@@ -105,7 +105,11 @@ impl StyleRun {
         let mut renderer = Renderer::new(gpu)?;
         renderer.set_submits(Submits::Timed);
         renderer.set_antialias(variant.antialias);
-        let world = OpenWorld::on_gpu(gpu, scene.clone(), world::open_store(scene, &Silent)?, options)?;
+        // The heights of the store are exaggerated already.
+        let tile_error_m = variant.tile_error_m * scene.vertical_exaggeration;
+        let heights = world::rounded(world::open_store(scene, &Silent)?, tile_error_m);
+        let mut world = OpenWorld::on_gpu(gpu, scene.clone(), heights, options)?;
+        world.surfaces.set_tree_detail(variant.tree_detail);
         Ok(Self {
             world,
             gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,
@@ -146,6 +150,7 @@ impl StyleRun {
     pub(super) fn take_setting(&mut self, variant: Variant) {
         self.renderer.set_antialias(variant.antialias);
         self.world.surfaces.terrain.set_lod_error_px(variant.lod_error_px);
+        self.world.surfaces.set_tree_detail(variant.tree_detail);
         if self.variant.size_px != variant.size_px {
             // Pictures of different sizes cannot be compared.
             self.before_it = None;

@@ -20,6 +20,8 @@ const MOST_SETTINGS: usize = 64;
 pub(super) const DEFAULT_LOD_ERROR_PX: f64 = 1.0;
 /// Allowed error of the reference's surface, in pixels.
 const REFERENCE_LOD_ERROR_PX: f64 = 0.1;
+/// Factor of the reference's tree detail: trees stay meshes down to a quarter of the usual size.
+const REFERENCE_TREE_DETAIL: f64 = 4.0;
 
 /// A parameter of a style, or an option, and the values that are tried.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -74,6 +76,10 @@ pub(super) struct Variant {
     pub size_px: [u32; 2],
     pub lod_error_px: f64,
     pub antialias: Antialias,
+    /// Factor of the detail of trees.
+    pub tree_detail: f64,
+    /// Largest error of a height that rounding causes, in metres.
+    pub tile_error_m: f64,
 }
 
 impl Variant {
@@ -86,6 +92,8 @@ impl Variant {
             size_px: args.size_px(),
             lod_error_px: DEFAULT_LOD_ERROR_PX,
             antialias: Antialias::None,
+            tree_detail: 1.0,
+            tile_error_m: 0.0,
         };
         let mut variant = variant.with_setting(&setting);
         variant.lod_error_px = args.lod_error.unwrap_or(variant.lod_error_px);
@@ -104,6 +112,8 @@ impl Variant {
             size_px: args.size_px(),
             lod_error_px: DEFAULT_LOD_ERROR_PX,
             antialias: args.antialias.unwrap_or_default(),
+            tree_detail: 1.0,
+            tile_error_m: 0.0,
         };
         Ok(variant.with_setting(setting))
     }
@@ -116,6 +126,8 @@ impl Variant {
         self.size_px = self.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
         self.lod_error_px = setting.lod_error_px.unwrap_or(self.lod_error_px);
         self.antialias = setting.antialias.unwrap_or(self.antialias);
+        self.tree_detail = setting.tree_detail.unwrap_or(self.tree_detail);
+        self.tile_error_m = setting.tile_error_m.unwrap_or(self.tile_error_m);
         self
     }
 
@@ -153,7 +165,15 @@ impl Variant {
         let style = arguments::style_with("--sweep", name, &exact_values(&arguments::style(name)?))?;
         let lod_error_px = args.lod_error.map_or(REFERENCE_LOD_ERROR_PX, |px| px.min(REFERENCE_LOD_ERROR_PX));
         let variant = Self::as_it_is(args, name)?;
-        Ok(Self { style, size_px: args.size_px(), lod_error_px, antialias: Antialias::Temporal, ..variant })
+        Ok(Self {
+            style,
+            size_px: args.size_px(),
+            lod_error_px,
+            antialias: Antialias::Temporal,
+            tree_detail: REFERENCE_TREE_DETAIL,
+            tile_error_m: 0.0,
+            ..variant
+        })
     }
 }
 

@@ -16,10 +16,16 @@
 //!
 //! A texel is a pixel: strokes have a width in pixels, and so has the grain. `spread` widens marks with the stroke.
 //!
+//! **Pictures of a stroke.** A user's picture ([`picture`]) is drawn from border to border, and keeps its ratio of length
+//! to width (Northrup and Markosian 2000; Pietrok 2021, section 4.2.4). Its darkness is the pigment. Its thresholds are
+//! ranks too, by the share of the ink that is darker: with full pressure the stroke is as in the picture, and with less
+//! its pale parts disappear first, so that the ink decreases in proportion.
+//!
 //! Why: `docs/decisions/stroke-textures.md`.
 
 pub mod field;
 mod gpu_tile;
+mod picture;
 
 pub use gpu_tile::{StrokeTexture, TILE_FORMAT};
 
@@ -29,14 +35,23 @@ use crate::style::texture::{Recipe, Touch};
 
 /// Largest number of levels of a tile: the last one still has 4 × 1 texels for the smallest tile.
 const MAX_LEVELS: usize = 6;
+/// Whole tiles of a picture fit into this length, in pixels, after which the coordinates along lines repeat.
+pub(crate) const REPEATS_PX: f32 = 4096.0;
 
 impl Brush {
     /// Returns the brush of a recipe.
     pub fn of(recipe: &Recipe) -> Self {
         let Touch { nominal_width_px, spread, softness, response, fill, border_px, border_part, border_pressure } =
             recipe.touch;
+        let tile_px = match &recipe.picture {
+            Some(picture) => {
+                let length_px = picture.length_to_width() * nominal_width_px;
+                [REPEATS_PX / (REPEATS_PX / length_px).round().max(1.0), nominal_width_px]
+            }
+            None => [recipe.tile.along_px as f32, recipe.tile.across_px as f32],
+        };
         Self {
-            tile_px: [recipe.tile.along_px as f32, recipe.tile.across_px as f32],
+            tile_px,
             nominal_half_width_px: 0.5 * nominal_width_px,
             spread,
             softness,
@@ -45,16 +60,20 @@ impl Brush {
             border_px,
             border_part,
             border_pressure,
-            padding_a: 0.0,
-            padding_b: 0.0,
+            fills: if recipe.picture.is_some() { 1.0 } else { 0.0 },
+            half_texel: 0.5 / recipe.tile.across_px as f32,
         }
     }
 
     /// Returns the position of a place of a stroke on the tile, in tiles: `brush_uv` of the shader. `across_px` is
     /// signed.
     pub fn uv(&self, along_px: f32, across_px: f32, half_width_px: f32, id: u32) -> [f32; 2] {
-        let widening = (self.nominal_half_width_px / half_width_px).powf(self.spread);
         let [u, v] = offset(id);
+        if self.fills > 0.5 {
+            let across = (0.5 + 0.5 * across_px / half_width_px).clamp(self.half_texel, 1.0 - self.half_texel);
+            return [along_px / self.tile_px[0] + u, across];
+        }
+        let widening = (self.nominal_half_width_px / half_width_px).powf(self.spread);
         [along_px / self.tile_px[0] + u, across_px * widening / self.tile_px[1] + v]
     }
 
@@ -95,9 +114,13 @@ impl Level {
     }
 }
 
-/// Grows the levels of a recipe's tile, finest first. The result is bit-identical on every machine.
+/// Grows the levels of a recipe's tile, finest first, or makes them of its picture. The result is bit-identical on every
+/// machine.
 pub fn grow(recipe: &Recipe) -> Vec<Level> {
     let tile = recipe.tile;
+    if let Some(picture) = &recipe.picture {
+        return picture::levels(picture, tile);
+    }
     let size_px = [tile.along_px, tile.across_px].map(|side| side as usize);
     let pigment = &recipe.pigment;
     let tone = Field::noise(size_px, [pigment.along_px, pigment.across_px], tile.seed, 0).ranks();

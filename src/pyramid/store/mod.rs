@@ -8,7 +8,7 @@
 mod tile_store;
 mod ground;
 mod highest;
-mod exaggerated;
+
 mod data_area;
 mod pyramid;
 mod memory_store;
@@ -22,10 +22,12 @@ mod manifest;
 mod trim;
 mod entry;
 mod healing;
+mod altered;
 mod cache;
 pub(crate) mod continent_store;
 mod open_store;
 
+pub(crate) use altered::Altered;
 pub(crate) use cache::cache_folder;
 #[cfg(test)]
 pub(crate) use cache::{open_or_bake, open_or_bake_key};
@@ -36,7 +38,6 @@ pub(crate) use data_area::{DataArea, data_bounds};
 #[cfg(test)]
 pub(crate) use derive::coarse_patches;
 pub use derive::derive;
-pub(crate) use exaggerated::Exaggerated;
 pub(crate) use ground::Ground;
 pub(crate) use highest::{HighestSample, highest_sample};
 #[cfg(test)]

@@ -28,18 +28,22 @@ impl RecipeSource<'_> {
         }
     }
 
-    /// Returns the stroke texture with this name, if there is a name.
-    pub(in crate::style) fn texture(self, name: Option<&str>) -> Result<Option<texture::Recipe>, StyleError> {
+    /// Returns the stroke texture with this name, if there is a name, for strokes of a width.
+    pub(in crate::style) fn texture(
+        self,
+        name: Option<&str>,
+        width_px: f32,
+    ) -> Result<Option<texture::Recipe>, StyleError> {
         let Some(name) = name else { return Ok(None) };
         let here = Path::new("");
         match self {
             Self::Folder(folder) => texture::Recipe::load(name, folder),
             Self::Embedded(files) => match files.textures.get(name) {
-                Some(text) => texture::Recipe::parse(name, text),
+                Some(text) => texture::Recipe::parse(name, text)?.with_picture(),
                 None if texture::file(name, here).is_none() => texture::Recipe::load(name, here),
                 None => Err(StyleError::UnknownTexture { name: name.to_owned() }),
             },
         }
-        .map(Some)
+        .map(|recipe| Some(recipe.for_width(width_px)))
     }
 }

@@ -1,6 +1,6 @@
 //! Pen strokes along contours. Their passes are in `src/lines/strokes`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::{Channels, Fading, Ink, LayerBehaviour, Margins, RecipeSource, Trace};
 use crate::style::parameters::{Range, parameters};
@@ -16,7 +16,7 @@ parameters! {
         ink called "Ink colour": Color = Color::default();
         /// Width of a stroke.
         width_px: f32 => Range::Within(0.5, 64.0);
-        /// Stroke texture: a built-in name, or a recipe file (`.toml`) relative to the style; without it strokes are
+        /// Stroke texture: a built-in name, a recipe (`.toml`) or a picture of a stroke (`.png`); without it strokes are
         /// solid.
         texture_name as "texture": Option<String>;
         /// Strokes taper over this length at both ends.
@@ -127,12 +127,12 @@ impl LayerBehaviour for Strokes {
     }
 
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
-        self.texture = source.texture(self.texture_name.as_deref()).map_err(|error| ("texture".to_owned(), error))?;
-        let file = match source {
-            RecipeSource::Folder(folder) => self.file(folder),
-            RecipeSource::Embedded(_) => None,
-        };
-        Ok(file.into_iter().collect())
+        let texture = source.texture(self.texture_name.as_deref(), self.width_px);
+        self.texture = texture.map_err(|error| ("texture".to_owned(), error))?;
+        Ok(match source {
+            RecipeSource::Folder(folder) => texture::files(self.texture_name.as_deref(), self.texture.as_ref(), folder),
+            RecipeSource::Embedded(_) => Vec::new(),
+        })
     }
 }
 
@@ -148,10 +148,5 @@ impl Strokes {
     /// which the composite applies.
     pub(crate) fn draws_as(&self, before: &Self) -> bool {
         *self == Self { ink: self.ink, ..before.clone() }
-    }
-
-    /// Returns the file that the texture is read from, if it is not built in; `folder` is the folder of the style.
-    fn file(&self, folder: &Path) -> Option<PathBuf> {
-        self.texture_name.as_ref().and_then(|name| texture::file(name, folder))
     }
 }

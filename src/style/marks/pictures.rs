@@ -14,7 +14,7 @@ use crate::style::StyleError;
 /// has the size of the first.
 ///
 /// # Errors
-/// [`StyleError::MarkImage`] for the first image that fails.
+/// [`StyleError::Image`] for the first image that fails.
 pub(crate) fn check(recipe: &Recipe) -> Result<(), StyleError> {
     read(recipe).map(|_| ())
 }
@@ -22,11 +22,11 @@ pub(crate) fn check(recipe: &Recipe) -> Result<(), StyleError> {
 /// Reads the images of a recipe: squares with an allowed side ([`SIDES_PX`]), all of the same size.
 ///
 /// # Errors
-/// [`StyleError::MarkImage`] if an image is missing, cannot be decoded, or has another size.
+/// [`StyleError::Image`] if an image is missing, cannot be decoded, or has another size.
 pub(crate) fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
     let mut pictures: Vec<Picture> = Vec::with_capacity(recipe.images.len());
     for path in &recipe.images {
-        let wrong = |cause| StyleError::MarkImage { path: path.display().to_string(), cause };
+        let wrong = |cause| StyleError::Image { path: path.display().to_string(), cause };
         let picture = picture(path).map_err(wrong)?;
         if let Some(first) = pictures.first().filter(|first| first.width != picture.width) {
             let cause = format!("it is {} px wide, but the first picture is {} px wide", picture.width, first.width);

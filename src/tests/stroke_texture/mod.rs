@@ -4,6 +4,7 @@
 
 mod drawn;
 mod ink;
+mod of_picture;
 mod recipes;
 mod shader;
 mod tile;

@@ -8,7 +8,7 @@ use hachure::style::texture::Recipe;
 
 use crate::tests::common::gpu;
 use crate::tests::helpers::probe;
-use crate::tests::stroke_texture::{recipe, recipes};
+use crate::tests::stroke_texture::{of_picture, recipe, recipes};
 
 /// Evaluates the shader's functions at many points, and samples the texture at all levels.
 const PROBE: &str = r"
@@ -80,7 +80,10 @@ fn distance(brush: &Brush, places: &[Place], answers: &[[f32; 4]]) -> [f32; 2] {
 #[test]
 fn the_shader_does_what_its_twin_says() {
     let Some(gpu) = gpu() else { return };
-    for (name, recipe) in recipes() {
+    let folder = tempfile::tempdir().unwrap();
+    of_picture::write_stroke(&folder.path().join("scan.png"), 128);
+    let picture = ("picture", Recipe::load("scan.png", folder.path()).unwrap());
+    for (name, recipe) in recipes().into_iter().chain([picture]) {
         // A low-discrepancy sequence over the whole domain of the functions.
         let part = |i: u32, step: f64| ((f64::from(i) * step) % 1.0) as f32;
         let places: Vec<Place> = (0..8192)
@@ -107,7 +110,7 @@ fn the_shader_does_what_its_twin_says() {
         let spoiled = [
             Brush { response: brush.response * 1.1, ..brush },
             Brush { fill: brush.fill * 0.97, ..brush },
-            Brush { border_px: brush.border_px + 0.5, border_part: 1.0, ..brush },
+            Brush { border_px: brush.border_px + 0.5, border_part: 1.0, border_pressure: 0.1, ..brush },
         ];
         for other in spoiled {
             assert!(distance(&other, &places, &answers)[0] > 1e-3, "{name}: {other:?}");

@@ -57,6 +57,7 @@ impl Flight {
             (given_up_px, _) => given_up_px.unwrap_or(0.0).max(self.settings.lod_error_px),
         };
         self.world.surfaces.terrain.set_lod_error_px(lod_error_px);
+        self.world.surfaces.set_tree_detail(setting.tree_detail.unwrap_or(1.0));
         renderer.set_step_s(step_s);
         renderer.set_antialias(antialias);
         // The governor changes the size of pictures from frame to frame.

@@ -128,6 +128,15 @@ impl Field {
         ranks
     }
 
+    /// Returns a field of given values, in rows along the stroke.
+    ///
+    /// # Panics
+    /// If the number of values is not that of the size.
+    pub(super) fn of(size_px: [usize; 2], values: Vec<f32>) -> Self {
+        assert_eq!(values.len(), size_px[0] * size_px[1]);
+        Self { size_px, values }
+    }
+
     /// Returns averages of 2 × 2 values; both sides must be even.
     pub fn halved(&self) -> Self {
         let [along, across] = self.size_px;

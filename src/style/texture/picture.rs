@@ -1,0 +1,131 @@
+//! A picture of a stroke, as a user draws or scans it: a horizontal stroke of dark ink on white or transparent paper. The
+//! left end joins the right end, because the picture repeats along strokes.
+
+use std::io::BufReader;
+use std::path::Path;
+
+use crate::file::input::open_regular;
+use crate::file::one_line;
+use crate::file::png::read_rgba8;
+use crate::style::StyleError;
+
+/// Least and largest width and height of a picture, in pixels.
+const SIDES_PX: [[u32; 2]; 2] = [[8, 8192], [4, 2048]];
+/// Least darkness of the darkest pixel: a paler picture has no stroke.
+const LEAST_DARKNESS: f32 = 0.1;
+/// A row whose darkest pixel is paler than this is paper.
+const PAPER: f32 = 0.04;
+
+/// The darkness of a picture of a stroke. Rows of paper above and below the stroke are left out.
+#[derive(Clone)]
+pub struct StrokePicture {
+    size_px: [usize; 2],
+    /// 0 (paper) to 1, in rows along the stroke.
+    darkness: Vec<f32>,
+    /// Checksum of the darkness.
+    crc32: u32,
+}
+
+/// Pictures are compared in every frame, so their checksums are.
+impl PartialEq for StrokePicture {
+    fn eq(&self, other: &Self) -> bool {
+        (self.size_px, self.crc32) == (other.size_px, other.crc32)
+    }
+}
+
+impl std::fmt::Debug for StrokePicture {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "StrokePicture {:?}", self.size_px)
+    }
+}
+
+impl StrokePicture {
+    /// Returns how many times the stroke is longer than it is wide.
+    pub(crate) fn length_to_width(&self) -> f32 {
+        self.size_px[0] as f32 / self.size_px[1] as f32
+    }
+
+    /// Returns the darkness in `size_px` texels along and across the stroke: means over the area of each texel, or
+    /// linear interpolation where texels are smaller than pixels. The picture repeats along the stroke.
+    pub(crate) fn resampled(&self, size_px: [usize; 2]) -> Vec<f32> {
+        let [width, height] = self.size_px;
+        let along = taps(width, size_px[0], true);
+        let across = taps(height, size_px[1], false);
+        let rows: Vec<f32> = (0..height)
+            .flat_map(|y| along.iter().map(move |taps| (y, taps)))
+            .map(|(y, taps)| taps.iter().map(|(x, weight)| weight * self.darkness[y * width + x]).sum())
+            .collect();
+        let texels = across.iter().flat_map(|taps| (0..size_px[0]).map(move |x| (x, taps)));
+        texels.map(|(x, taps)| taps.iter().map(|(y, weight)| weight * rows[y * size_px[0] + x]).sum()).collect()
+    }
+}
+
+/// Returns, for each of `to` texels, the pixels of a row of `from` that it covers, and their weights, whose sum is 1.
+fn taps(from: usize, to: usize, repeats: bool) -> Vec<Vec<(usize, f32)>> {
+    let step = from as f32 / to as f32;
+    // A tent that is at least two pixels wide.
+    let radius = step.max(1.0);
+    (0..to)
+        .map(|texel| {
+            let middle = (texel as f32 + 0.5) * step - 0.5;
+            let [first, last] = [(middle - radius).ceil() as i64, (middle + radius).floor() as i64];
+            let weight = |at: i64| (1.0 - (at as f32 - middle).abs() / radius).max(0.0);
+            let sum: f32 = (first..=last).map(weight).sum();
+            let place = |at: i64| match repeats {
+                true => at.rem_euclid(from as i64) as usize,
+                false => at.clamp(0, from as i64 - 1) as usize,
+            };
+            (first..=last).map(|at| (place(at), weight(at) / sum)).collect()
+        })
+        .collect()
+}
+
+/// Reads a picture of a stroke.
+///
+/// # Errors
+/// [`StyleError::Image`] if the picture is missing, cannot be decoded, is too small or too large, or shows no ink.
+pub(super) fn read(path: &Path) -> Result<StrokePicture, StyleError> {
+    let wrong = |cause| StyleError::Image { path: path.display().to_string(), cause };
+    read_darkness(path).map_err(wrong)
+}
+
+fn read_darkness(path: &Path) -> Result<StrokePicture, String> {
+    let unread = |words: &str| format!("cannot read the picture of a stroke: {}", one_line(words));
+    // The caller already names the file, so of an error that names it again only the cause is used.
+    let cause = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
+    // The header is checked first: a damaged one may claim a size that does not fit into memory.
+    let file = open_regular(path).map_err(|error| unread(&error.to_string()))?;
+    let mut decoder = png::Decoder::new(BufReader::new(file));
+    let header = decoder.read_header_info().map_err(|error| unread(&cause(&error)))?;
+    let size_px = [header.width, header.height];
+    let fits = size_px.iter().zip(SIDES_PX).all(|(side, [least, most])| (least..=most).contains(side));
+    if !fits {
+        let [[narrow, wide], [low, high]] = SIDES_PX;
+        return Err(format!(
+            "it is {} × {} px; a picture of a stroke must be {narrow} to {wide} px long and {low} to {high} px high",
+            size_px[0], size_px[1]
+        ));
+    }
+    let picture = read_rgba8(path).map_err(|error| unread(&cause(&error)))?;
+    let [width, height] = size_px.map(|side| side as usize);
+    if picture.rgba.len() != 4 * width * height {
+        return Err(unread("its pixel data does not match the size in its header"));
+    }
+    let darkness = picture.rgba.chunks_exact(4).map(|pixel| {
+        // Rec. 709 luminance, on white paper where the picture is transparent.
+        let light = [0.2126, 0.7152, 0.0722].iter().zip(pixel).map(|(part, byte)| part * f32::from(*byte)).sum::<f32>();
+        (1.0 - light / 255.0) * f32::from(pixel[3]) / 255.0
+    });
+    let darkness: Vec<f32> = darkness.collect();
+    let darkest = |row: &[f32]| row.iter().copied().fold(0.0_f32, f32::max);
+    if darkest(&darkness) < LEAST_DARKNESS {
+        return Err("it shows no stroke: draw dark ink on white or transparent paper".to_owned());
+    }
+    // The stroke's width is that of its ink.
+    let is_ink = |y: &usize| darkest(&darkness[y * width..(y + 1) * width]) > PAPER;
+    let first = (0..height).find(is_ink).unwrap_or(0);
+    let last = (0..height).rev().find(is_ink).unwrap_or(height - 1);
+    let darkness = darkness[first * width..(last + 1) * width].to_vec();
+    let crc32 = crc32fast::hash(bytemuck::cast_slice(&darkness));
+    Ok(StrokePicture { size_px: [width, last + 1 - first], darkness, crc32 })
+}
