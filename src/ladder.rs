@@ -51,18 +51,20 @@ fn assumed_cost(scale: f64) -> f64 {
     0.3 + 0.7 * scale * scale
 }
 
-/// A point of a front that costs at least this share of the style as it is saves nothing that a governor can use.
+/// Only settings below this share of the cost of the style as it is are used.
 const CHEAPER: f64 = 0.97;
-/// The step in the tags of frames at rest, of which the governor learns nothing.
-const AT_REST: u64 = 0xffff;
+/// The bits of a tag that hold the step.
+const STEP_MASK: u64 = 0xffff;
+/// The step of frames at rest, of which the governor learns nothing.
+const AT_REST: u64 = STEP_MASK;
 
-/// The settings that a style can be drawn with, and the one that is.
+/// The settings that a style can be drawn with, and the one in use.
 #[derive(Debug, Default)]
 pub(crate) struct Ladder {
     /// The style's name and the quality for which the settings are.
     of: Option<(String, Quality)>,
-    /// The front that `--front` names.
-    front: Option<Front>,
+    /// The fronts that `--front` names.
+    fronts: Vec<Front>,
     /// From the cheapest to the most expensive.
     settings: Vec<Setting>,
     /// Whether the settings were measured.
@@ -96,9 +98,9 @@ impl Ladder {
         self.is_measured
     }
 
-    /// Creates a ladder that uses `front` for the style of which it is.
-    pub(crate) fn with_front(front: Option<Front>) -> Self {
-        Self { front, ..Self::default() }
+    /// Creates a ladder that uses these fronts for the styles of which they are.
+    pub(crate) fn with_fronts(fronts: Vec<Front>) -> Self {
+        Self { fronts, ..Self::default() }
     }
 
     /// Makes the settings for a style and a quality, if they are for others.
@@ -114,16 +116,15 @@ impl Ladder {
             *of = quality;
             return;
         }
-        let is_of_style = |front: &&Front| front.style == style;
         let built_in = || {
             let (_, text) = FRONTS.iter().find(|(name, _)| *name == style)?;
-            Front::parse(text).ok()
+            Front::parse(style, text).ok()
         };
-        let front = self.front.clone().filter(|front| is_of_style(&front)).or_else(built_in);
+        let front = self.fronts.iter().find(|front| front.style == style).cloned().or_else(built_in);
         let number = self.number + 1;
         *self = Self {
             of: Some((style.to_owned(), quality)),
-            front: self.front.take(),
+            fronts: std::mem::take(&mut self.fronts),
             is_measured: front.is_some(),
             number,
             ..Self::default()
@@ -213,11 +214,11 @@ impl Ladder {
     pub(crate) fn record(&mut self, tag: u64, at_s: f64, gpu_ms: f64, cpu_ms: f64) -> bool {
         let Some(governor) = self.governor.as_mut().filter(|_| tag >> 16 == self.number) else { return false };
         let Some((_, Quality::Budget(budget_ms))) = self.of else { return false };
-        if tag & AT_REST == AT_REST {
+        if tag & STEP_MASK == AT_REST {
             return false;
         }
         self.tally.count(at_s, gpu_ms, budget_ms);
-        let step = usize::try_from(tag & AT_REST).unwrap_or(usize::MAX);
+        let step = usize::try_from(tag & STEP_MASK).unwrap_or(usize::MAX);
         let change = governor.record(&Frame { at_s, step, gpu_ms, cpu_ms });
         self.changes += u64::from(change.is_some());
         change.is_some()
@@ -353,7 +354,7 @@ mod tests {
         Front {
             style: style.to_owned(),
             points: points.iter().map(point).collect(),
-            ..Front::parse(FRONTS[0].1).unwrap()
+            ..Front::parse("ink", FRONTS[0].1).unwrap()
         }
     }
 
@@ -450,7 +451,7 @@ mod tests {
             (0.99, &[("lod-error", "0.9")], 0.5),
             (1.2, &[("lod-error", "0.5")], 0.1),
         ];
-        let mut ladder = Ladder::with_front(Some(front("plain", points)));
+        let mut ladder = Ladder::with_fronts(vec![front("plain", points)]);
         ladder.follow("plain", Quality::Budget(10.0));
         let scales: Vec<_> = ladder.settings.iter().map(|setting| setting.scale).collect();
         assert_eq!(scales, [Some(0.5), Some(0.75), None]);
@@ -461,7 +462,7 @@ mod tests {
         let points: &[Measured<'_>] = &[(0.5, &[("strokes.resolution", "0.5"), ("paper.grain", "0.5")], 1.0)];
         let mut front = front("plain", points);
         front.points[0].levels = vec![Level::Draft];
-        let mut ladder = Ladder::with_front(Some(front));
+        let mut ladder = Ladder::with_fronts(vec![front]);
         ladder.follow("plain", Quality::Level(Level::Draft));
         let plain = style("plain");
         let drawn = ladder.applied(&plain, 1.0).into_owned();

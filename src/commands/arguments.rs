@@ -10,7 +10,7 @@ use crate::file::message::{did_you_mean, named, quoted};
 use crate::file::toml_text;
 use crate::scene::embedded;
 use crate::scene::path::CameraPath;
-use crate::scene::ranges::NumberRange;
+use crate::scene::ranges::{self, NumberRange};
 use crate::style::set::{self, SetValue};
 use crate::style::{Style, StyleError, preset_text};
 use crate::tones::hatching::maps;
@@ -26,6 +26,12 @@ pub(crate) fn within(range: NumberRange) -> impl Fn(&str) -> Result<f64, String>
 /// Returns a parser of the whole numbers in a range.
 pub(crate) fn whole_within<T: TryFrom<u64> + Clone>(range: NumberRange) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| range.parse_whole(text)
+}
+
+/// Parses the time that a frame may take, in milliseconds.
+pub(crate) fn budget_ms(text: &str) -> Result<f64, String> {
+    let rule = "it must be a time in milliseconds, above 0 and at most 60000, such as 11.1 for 90 frames a second";
+    ranges::BUDGET_MS.parse(text).map_err(|_| rule.to_owned())
 }
 
 /// Parses a finite number above 0.

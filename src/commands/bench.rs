@@ -82,7 +82,7 @@ const PARTS_ONLY: [&str; 33] = [
     "exaggeration",
     "eyes",
     "focus",
-    "front",
+    "fronts",
     "haze",
     "height_offset",
     "height_scale",
@@ -128,9 +128,9 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
     /// Measure each style with other values too, and compare each setting with a converged reference. KEY is a parameter
-    /// of all the styles, lod-error, antialias, scale (a factor on --size, 0.25 to 2), tree-detail (a factor; at 2 trees
-    /// become simpler at half the size), or tile-error (heights rounded as by bake --max-error, in m). With several
-    /// --sweep, every combination is measured (at most 64 settings)
+    /// of all the styles, lod-error, antialias, scale (a factor on --size, 0.25 to 2), tree-detail (a factor;
+    /// 2 keeps trees detailed down to half the size), or tile-error (heights rounded as by bake --max-error, in m). With several
+    /// --sweep, every combination is measured (at most 64 settings of all styles)
     #[arg(long, value_name = "KEY=VALUE,…", conflicts_with = "real_time")]
     pub sweep: Vec<Sweep>,
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]
@@ -156,7 +156,7 @@ pub(crate) struct BenchArgs {
     pub real_time: bool,
     /// Time that a frame may take on the GPU, in milliseconds (11.1 for 90 a second): with --real-time, a governor
     /// chooses among the settings of the style's measured front, and the report says how the budget was held
-    #[arg(long, value_name = "MS", requires = "real_time", conflicts_with = "lod_error", value_parser = arguments::within(ranges::BUDGET_MS), allow_hyphen_values = true)]
+    #[arg(long, value_name = "MS", requires = "real_time", conflicts_with_all = ["lod_error", "frames"], value_parser = arguments::budget_ms, allow_hyphen_values = true)]
     pub budget: Option<f64>,
     /// Memory for heights on the GPU, and as much again in main memory, in MiB per style and setting; styles with
     /// shadows or water need a quarter more on the GPU for maps of the same tiles, and styles with both a half more

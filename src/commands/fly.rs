@@ -62,7 +62,7 @@ pub(crate) struct FlyArgs {
     pub quality: QualityArgs,
     /// Hold the time of a frame on the GPU, in milliseconds (11.1 for 90 frames a second): with the most expensive setting of
     /// the style's measured front that is predicted to fit, or, for a style without one, with a lower resolution
-    #[arg(long, value_name = "MS", conflicts_with = "quality", value_parser = arguments::within(ranges::BUDGET_MS), allow_hyphen_values = true)]
+    #[arg(long, value_name = "MS", conflicts_with = "quality", value_parser = arguments::budget_ms, allow_hyphen_values = true)]
     pub budget: Option<f64>,
     /// Memory for heights on the GPU, and as much again in main memory, in MiB; styles with shadows or water need a
     /// quarter more on the GPU for maps of the same tiles, and styles with both a half more

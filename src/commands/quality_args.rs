@@ -16,14 +16,14 @@ use crate::measure::setting::{FRONTS, Setting};
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct QualityArgs {
     /// Choose between speed and exactness: draw with a setting that `hachure bench --sweep` has measured for the style. It
-    /// sets the resolution (not in render), --lod-error, --antialias (not in fly) and parameters of the style, except those
-    /// that you give. Some presets have built-in measurements (docs/trades.md); --front names those of another style
+    /// sets the resolution and the detail of trees (not in render), --lod-error, --antialias (not in fly) and parameters of
+    /// the style, except those that you give. Some presets have built-in measurements (docs/trade-offs.md); --front names those of another style
     #[arg(long, value_name = "LEVEL", value_enum)]
     pub quality: Option<Level>,
-    /// The measured settings for --quality (and for --budget): a file front-STYLE.toml of `hachure bench --sweep` [default: that of the
-    /// preset]
-    #[arg(long, value_name = "FILE")]
-    pub front: Option<PathBuf>,
+    /// The measured settings for --quality (and for --budget): a file front-STYLE.toml of `hachure bench --sweep`. Give it
+    /// again for another style [default: that of the preset]
+    #[arg(long = "front", value_name = "FILE")]
+    pub fronts: Vec<PathBuf>,
 }
 
 /// The use of a front.
@@ -44,8 +44,12 @@ impl QualityArgs {
     /// [`Misuse`] if nothing uses the front, or if the style has no measured front; a file that cannot be read, or that is the front of another style.
     pub(crate) fn setting(&self, style: &str, use_of: Use) -> anyhow::Result<Option<Setting>> {
         let Some(level) = self.quality else {
-            if self.front.is_some() && use_of != Use::Governor {
-                bail!(Misuse("--front: applies only to --quality or --budget, and neither is given".to_owned()));
+            if !self.fronts.is_empty() && use_of != Use::Governor {
+                let cause = match use_of {
+                    Use::Picture => "--front: applies only to --quality, which is not given",
+                    _ => "--front: applies only to --quality or --budget, and neither is given",
+                };
+                bail!(Misuse(cause.to_owned()));
             }
             return Ok(None);
         };
@@ -54,7 +58,12 @@ impl QualityArgs {
         let Some(point) = front.point(level) else {
             bail!("{from}: none of its points has the level {}", level.name())
         };
-        point.setting().map(Some).map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))
+        let setting = point.setting().map_err(|error| anyhow::anyhow!("{from}: {}: {error}", level.name()))?;
+        arguments::style_with(&format!("{from}: {}", level.name()), style, &setting.values)?;
+        if use_of == Use::Picture && setting.tree_detail.is_some() {
+            tracing::warn!("--quality: render draws trees as they are, and not with tree-detail");
+        }
+        Ok(Some(setting))
     }
 
     /// Returns the measured front of a style, which is a preset or a file, and what to call the front in messages.
@@ -62,25 +71,45 @@ impl QualityArgs {
     /// # Errors
     /// Those of [`QualityArgs::setting`].
     pub(crate) fn front_of(&self, style: &str) -> anyhow::Result<(Front, String)> {
-        let (front, from) = match &self.front {
-            Some(path) => (read(path)?, named(path)),
-            None => (built_in(style)?, format!("the front of {style}")),
-        };
         let name = arguments::style(style)?.name;
-        if front.style != name {
-            bail!(
-                "{from}: it was measured for the style {}, and cannot be used for {}",
-                quoted(&front.style),
-                quoted(&name)
-            );
+        let given = self.given()?;
+        let Some((first, from)) = given.first() else {
+            let front = built_in(style)?;
+            if front.style != name {
+                bail!(for_another_style(&front, &format!("the front of {style}"), &name));
+            }
+            return Ok((front, format!("the front of {style}")));
+        };
+        match given.iter().find(|(front, _)| front.style == name) {
+            Some(found) => Ok(found.clone()),
+            None => bail!(for_another_style(first, from, &name)),
         }
-        Ok((front, from))
     }
+
+    /// Reads the fronts of `--front`, each with the name of its file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and a second front of one style.
+    pub(crate) fn given(&self) -> anyhow::Result<Vec<(Front, String)>> {
+        let mut given: Vec<(Front, String)> = Vec::new();
+        for path in &self.fronts {
+            let front = read(path)?;
+            if let Some((_, before)) = given.iter().find(|(before, _)| before.style == front.style) {
+                bail!("{}: was measured for the style {}, as {before} was", named(path), quoted(&front.style));
+            }
+            given.push((front, named(path)));
+        }
+        Ok(given)
+    }
+}
+
+fn for_another_style(front: &Front, from: &str, name: &str) -> String {
+    format!("{from}: it was measured for the style {}, and cannot be used for {}", quoted(&front.style), quoted(name))
 }
 
 fn read(path: &Path) -> anyhow::Result<Front> {
     let text = read_text(path, LARGEST_STYLE_BYTES).with_context(|| format!("cannot read {}", named(path)))?;
-    Front::parse(&text).map_err(|error| anyhow::anyhow!("{}: {error}", named(path)))
+    Front::parse(&named(path), &text).map_err(anyhow::Error::msg)
 }
 
 fn built_in(style: &str) -> anyhow::Result<Front> {
@@ -89,13 +118,13 @@ fn built_in(style: &str) -> anyhow::Result<Front> {
         let measured = FRONTS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         bail!(Misuse(format!(
             "{name} has no measured settings for --quality and --budget (presets that have some: {measured}). Measure them: hachure \
-             bench WORLD --path tour --styles {name} --sweep scale=0.5,0.75,1 --sweep lod-error=0.5,1,4 -o DIR; then \
-             add --front DIR/{}",
+             bench --path tour --styles {name} --sweep scale=0.5,0.75,1 --sweep lod-error=0.5,1,4 -o DIR (or with your \
+             own WORLD and --path PATH.csv); then add --front DIR/{}",
             quality::file_name(&arguments::style(style)?.name),
             name = named(style),
         )));
     };
-    Front::parse(text).map_err(|error| anyhow::anyhow!("the front of {style}: {error}"))
+    Front::parse(&format!("the front of {style}"), text).map_err(anyhow::Error::msg)
 }
 
 #[cfg(test)]
@@ -108,10 +137,10 @@ mod tests {
     #[test]
     fn every_shipped_front_has_its_levels() {
         for (name, text) in FRONTS {
-            let front = Front::parse(text).unwrap();
+            let front = Front::parse(name, text).unwrap();
             assert_eq!(front.style, *name);
             for level in Level::ALL {
-                let args = QualityArgs { quality: Some(level), front: None };
+                let args = QualityArgs { quality: Some(level), fronts: Vec::new() };
                 let setting = args.setting(name, Use::Frames).unwrap().unwrap();
                 arguments::style_with("--quality", name, &setting.values).unwrap();
             }
@@ -128,10 +157,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("front-ink.toml");
         let text = "style = \"ink\"\nadapter = \"\"\nsize = [1, 1]\ncost = \"GPU ms\"\n[[points]]\nlevels = [\"draft\"]\n\
-                    cost = 1.0\ncost_ratio = 0.5\nerrors = {}\nset = { lod-error = \"4\", scale = \"0.5\", \
+                    cost = 1.0\ncost_ratio = 0.5\nerrors = { tone_error_percent = 1.0 }\nset = { lod-error = \"4\", scale = \"0.5\", \
                     \"lines.halved\" = \"true\" }\n";
         atomic::write(&path, text.as_bytes()).unwrap();
-        let args = |level| QualityArgs { quality: Some(level), front: Some(path.clone()) };
+        let args = |level| QualityArgs { quality: Some(level), fronts: vec![path.clone()] };
         let setting = args(Level::Draft).setting("ink", Use::Frames).unwrap().unwrap();
         assert_eq!((setting.lod_error_px, setting.scale, setting.antialias), (Some(4.0), Some(0.5), None));
         assert_eq!(setting.values[0].to_string(), "lines.halved=true");
@@ -144,15 +173,36 @@ mod tests {
         }
         atomic::write(&path, text.replace("\"4\"", "\"-4\"").as_bytes()).unwrap();
         let error = args(Level::Draft).setting("ink", Use::Frames).unwrap_err().to_string();
-        assert!(error.contains("draft: lod-error=-4"), "{error}");
+        assert!(error.contains("point 1: lod-error=-4"), "{error}");
+        // A value that the style cannot have is a mistake in the file.
+        atomic::write(&path, text.replace("halved", "halvd").as_bytes()).unwrap();
+        let error = args(Level::Draft).setting("ink", Use::Frames).unwrap_err().to_string();
+        assert!(error.contains("front-ink.toml") && error.contains("lines.halvd"), "{error}");
         // Without --quality there is no setting, and without a front an error that says how to measure one.
         assert_eq!(QualityArgs::default().setting("ink", Use::Frames).unwrap(), None);
-        let unused = QualityArgs { quality: None, front: Some(path) };
+        let unused = QualityArgs { quality: None, fronts: vec![path.clone()] };
         assert!(
             unused.setting("ink", Use::Frames).unwrap_err().is::<Misuse>()
                 && unused.setting("ink", Use::Governor).unwrap().is_none()
         );
-        let none = QualityArgs { quality: Some(Level::Draft), front: None }.setting("plain", Use::Frames).unwrap_err();
+        let none = QualityArgs { quality: Some(Level::Draft), fronts: Vec::new() };
+        let none = none.setting("plain", Use::Frames).unwrap_err();
         assert!(none.is::<Misuse>() && none.to_string().contains("--sweep"), "{none}");
+
+        // Each of several fronts serves its own style; two of one style leave open which one counts.
+        let other = folder.path().join("front-lsa-base.toml");
+        atomic::write(&path, text.as_bytes()).unwrap();
+        atomic::write(&other, text.replace("\"ink\"", "\"lsa-base\"").replace("\"0.5\"", "\"0.25\"").as_bytes())
+            .unwrap();
+        let scale = |fronts: &[&PathBuf], style: &str| {
+            let fronts = fronts.iter().map(|path| (*path).clone()).collect();
+            let args = QualityArgs { quality: Some(Level::Draft), fronts };
+            args.setting(style, Use::Frames).map(|setting| setting.unwrap().scale)
+        };
+        assert_eq!(scale(&[&path, &other], "ink").unwrap(), Some(0.5));
+        assert_eq!(scale(&[&path, &other], "lsa-base").unwrap(), Some(0.25));
+        assert!(
+            scale(&[&path, &path], "ink").unwrap_err().to_string().contains("was measured for the style \"ink\", as")
+        );
     }
 }

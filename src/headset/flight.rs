@@ -130,7 +130,7 @@ impl Flight {
             styles,
             quality: options.quality,
             lod_error_px: options.lod_error_px,
-            ladder: Ladder::with_front(options.front),
+            ladder: Ladder::with_fronts(options.fronts),
             most_built: 0,
             tiles: [0; 2],
             notice: None,

@@ -70,8 +70,8 @@ pub(crate) struct HeadsetOptions {
     pub lod_error_px: f64,
     /// How exactly the style is drawn.
     pub quality: Quality,
-    /// Measured settings of a style, for [`HeadsetOptions::quality`].
-    pub front: Option<Front>,
+    /// Measured settings of styles, for [`HeadsetOptions::quality`], in place of those of presets.
+    pub fronts: Vec<Front>,
     /// Print the frame times, and end after this many frames.
     pub frames: Option<u64>,
 }

@@ -2,16 +2,17 @@
 //!
 //! `bench --sweep` writes the file, and `--quality` draws with one of its points.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use super::report::{Report, Run};
-use super::setting::Setting;
+use super::setting::{Setting, TILE_ERROR};
 use super::trade::{self, Trade};
 use crate::file::FileError;
 use crate::file::atomic;
+use crate::file::toml_text;
 use crate::file::unnamed::head;
 
 /// Begins every file.
@@ -65,7 +66,8 @@ impl Point {
     /// # Errors
     /// Those of [`Setting::of`].
     pub(crate) fn setting(&self) -> Result<Setting, String> {
-        Setting::of(self.set.iter().map(|(key, text)| (key.as_str(), text.as_str())))
+        let setting = Setting::of(self.set.iter().map(|(key, text)| (key.as_str(), text.as_str())))?;
+        Ok(Setting { tile_error_m: None, ..setting })
     }
 }
 
@@ -75,7 +77,7 @@ impl Point {
 pub(crate) enum Level {
     /// The cheapest setting.
     Draft,
-    /// The cheapest setting with at least 98 % of the lines that the exact one finds, and tones within 1 %.
+    /// The cheapest setting with at least 98 % of the lines of the exact one, and tones as exact within one percentage point.
     Balanced,
     /// The setting that loses fewest lines, or the one with the smallest error of tones in a style without lines.
     Exact,
@@ -102,7 +104,10 @@ impl Front {
     fn of(report: &Report, trade: &Trade<'_>) -> Option<Self> {
         let first = trade.runs.first()?;
         let as_it_is = trade.cost.of(first)?;
-        let on_front = trade.runs.iter().zip(trade.on_front()).filter(|(_, is_on_front)| *is_on_front);
+        // Rounded heights save a frame nothing.
+        let is_rounded = |run: &Run| run.setting.get(TILE_ERROR).is_some_and(|error_m| error_m.parse() != Ok(0.0));
+        let on_front = trade.runs.iter().zip(trade.on_front());
+        let on_front = on_front.filter(|(run, is_on_front)| *is_on_front && !is_rounded(run));
         let mut runs: Vec<(f64, &Run)> = on_front.filter_map(|(run, _)| Some((trade.cost.of(run)?, *run))).collect();
         runs.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut points: Vec<Point> = runs
@@ -146,15 +151,24 @@ impl Front {
         file_name(&self.style)
     }
 
-    /// Parses a file.
+    /// Parses a file; errors begin with `name`. Whether the style has the values of the settings is not checked.
     ///
     /// # Errors
-    /// What is wrong, with the line.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-            format!("line {line}: {}", error.message())
-        })
+    /// What is wrong, in one line.
+    pub(crate) fn parse(name: &str, text: &str) -> Result<Self, String> {
+        let front: Self = toml_text::read(name, text).map_err(|error| error.to_string())?;
+        // Settings are compared by their errors, so each must have all of them.
+        let known: BTreeSet<&String> = front.points.iter().flat_map(|point| point.errors.keys()).collect();
+        if known.is_empty() {
+            return Err(format!("{name}: its points have no errors, by which settings are chosen"));
+        }
+        for (number, point) in (1..).zip(&front.points) {
+            if let Some(key) = known.iter().find(|key| !point.errors.contains_key(**key)) {
+                return Err(format!("{name}: point {number}: {key} is missing in its errors, and others have it"));
+            }
+            point.setting().map_err(|error| format!("{name}: point {number}: {error}"))?;
+        }
+        Ok(front)
     }
 
     /// Writes the file.
@@ -178,7 +192,7 @@ fn effective(report: &Report, run: &Run) -> BTreeMap<String, String> {
     let error_px = report.settings.as_ref().map(|settings| ("lod-error", settings.lod_error_px.to_string()));
     let antialias = Some(("antialias", run.antialias.clone())).filter(|(_, antialias)| !antialias.is_empty());
     let options = error_px.into_iter().chain(antialias).map(|(key, value)| (key.to_owned(), value));
-    options.chain(run.setting.clone()).collect()
+    options.chain(run.setting.clone()).filter(|(key, _)| key != TILE_ERROR).collect()
 }
 
 /// Returns the name of the file for the front of a style.
@@ -298,10 +312,18 @@ mod tests {
         front().write(&path).unwrap();
         assert!(Front::is_own(&path) && path.ends_with("front-ink.toml"));
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(Front::parse(&text).unwrap(), front(), "{text}");
+        assert_eq!(Front::parse("front-ink.toml", &text).unwrap(), front(), "{text}");
         // Planted: another key, and a file of somebody else.
         let wrong = text.replacen("cost_ratio", "cost_ration", 1);
-        assert!(Front::parse(&wrong).unwrap_err().contains("cost_ration"));
+        assert!(Front::parse("front-ink.toml", &wrong).unwrap_err().contains("cost_ration"));
+        // Settings without errors cannot be chosen among.
+        let error = |text: String| Front::parse("front-ink.toml", &text).unwrap_err();
+        let lines = || text.lines().filter(|line| !line.starts_with("lines_lost_percent"));
+        assert!(error(text.replacen("lines_lost_percent", "lines_percent", 1)).contains("is missing in its errors"));
+        assert!(Front::parse("front-ink.toml", &lines().collect::<Vec<_>>().join("\n")).is_ok());
+        let none = lines().filter(|line| !line.contains("_percent")).collect::<Vec<_>>().join("\n");
+        assert!(error(none).contains("no errors"));
+        assert!(error(text.replacen("lod-error", "lod_error", 1)).contains("did you mean \"lod-error\""));
         atomic::write(&path, b"style = 1").unwrap();
         assert!(!Front::is_own(&path));
         assert_eq!(file_name("my style/2"), "front-my-style-2.toml");

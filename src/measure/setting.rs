@@ -1,6 +1,14 @@
 //! The changes that a point of a front, or a setting of a sweep, makes; and the fronts that are built in.
+//!
+//! - A *setting* is a set of changes to a style and to the options it is drawn with.
+//! - A *variant* is a style with a setting, as a benchmark draws it; a *run* has the measurements of one variant.
+//! - A *point* is a setting with its measured cost and errors, and a *front* has the points of a style that are worth
+//!   drawing with.
+//! - A *level* is the name of a point: draft, balanced or exact.
+//! - A *step* is the number of the setting that a governor has chosen, from the cheapest to the most expensive.
 
 use super::trade::SCALE;
+use crate::file::message::did_you_mean;
 use crate::frame::Antialias;
 use crate::scene::ranges::{self, NumberRange};
 use crate::style::set::SetValue;
@@ -17,6 +25,11 @@ pub(crate) const FRONTS: &[(&str, &str)] = &[
     ("ink", include_str!("../../benches/fronts/ink.toml")),
     ("strokes", include_str!("../../benches/fronts/strokes.toml")),
 ];
+
+/// The key of the rounding of heights, which is measured and never drawn with: it saves a frame nothing.
+pub(crate) const TILE_ERROR: &str = "tile-error";
+/// The keys of settings besides the parameters of a style.
+pub(crate) const OWN_KEYS: [&str; 5] = ["lod-error", "antialias", SCALE, "tree-detail", TILE_ERROR];
 
 /// The changes that a point of a front, or a setting of a sweep, makes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -46,8 +59,11 @@ impl Setting {
                 "lod-error" => setting.lod_error_px = Some(ranges::LOD_ERROR_PX.parse(text).map_err(wrong)?),
                 "antialias" => setting.antialias = Some(text.parse().map_err(wrong)?),
                 "tree-detail" => setting.tree_detail = Some(TREE_DETAILS.parse(text).map_err(wrong)?),
-                "tile-error" => setting.tile_error_m = Some(TILE_ERRORS_M.parse(text).map_err(wrong)?),
+                TILE_ERROR => setting.tile_error_m = Some(TILE_ERRORS_M.parse(text).map_err(wrong)?),
                 SCALE => setting.scale = Some(SCALES.parse(text).map_err(wrong)?),
+                _ if OWN_KEYS.contains(&key.replace('_', "-").as_str()) => {
+                    return Err(format!("{key}: there is no such key{}", did_you_mean(key, OWN_KEYS)));
+                }
                 _ => setting.values.push(SetValue { key: key.to_owned(), text: text.to_owned() }),
             }
         }

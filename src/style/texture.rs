@@ -47,7 +47,7 @@ parameters! {
 }
 
 parameters! {
-    /// The tile that repeats along strokes, and across them where they are wider than the tile. A texel is a pixel.
+    /// The tile that repeats along strokes, and across them where they are wider than it. A texel is a pixel.
     #[derive(Copy, Eq)]
     pub struct Tile {
         /// Length of the tile along the stroke.
@@ -133,9 +133,9 @@ pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
 /// A recipe for a picture of a stroke: pressure takes away its palest parts first, and its border is that of the picture.
 const OF_PICTURE: &str = include_str!("../../textures/strokes/of-picture.toml");
 
-/// Largest side of the tile across the stroke that a picture is scaled to, and least one, in texels.
+/// Least and largest side of a picture's tile across the stroke, in texels.
 const ACROSS_PX: [u32; 2] = [16, 512];
-/// The same along the stroke.
+/// Least and largest side of that tile along the stroke, in texels.
 const ALONG_PX: [u32; 2] = [64, 2048];
 
 impl Recipe {

@@ -203,8 +203,8 @@ pub(crate) struct FlightOptions {
     pub size_px: [u32; 2],
     /// The quality at the start.
     pub quality: Quality,
-    /// The measured front that is used for its style.
-    pub front: Option<Front>,
+    /// The measured fronts that are used for their styles, in place of those of presets.
+    pub fronts: Vec<Front>,
     /// Initial smoothing of edges.
     pub antialias: Antialias,
     /// The GPU to use.

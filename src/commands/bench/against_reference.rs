@@ -30,7 +30,7 @@ const VIEWS_PER_FLIGHT: usize = 2;
 const FLIGHT_FPS: f64 = 60.0;
 /// Frames of a flight before the first that is traced: what a picture shows, such as water, is known after it was drawn.
 const FLIGHT_WARM_UP: usize = 2;
-/// Number of frames that are traced at each place: those of one interval in which strokes are rebuilt.
+/// Number of frames that are traced at each place: one interval of rebuilding strokes, within these limits.
 const TRACED: std::ops::RangeInclusive<usize> = 2..=12;
 
 /// The frames of short flights, and the bytes that they read and wrote.
@@ -87,7 +87,8 @@ pub(super) fn measure(
     }
     if unsettled > 0 {
         tracing::warn!(
-            "--sweep: {unsettled} of {VIEWS} views of {name} lacked tiles after {} s, so their errors are too large",
+            "--sweep: {unsettled} of {VIEWS} views of {name} lacked tiles after {} s, so their errors are measured too large; give more --tile-memory, or fewer \
+             settings",
             LONGEST_WAIT.as_secs()
         );
     }

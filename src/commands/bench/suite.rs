@@ -17,8 +17,9 @@ use crate::commands::misuse::{Misuse, describe};
 use crate::commands::{print, print_json};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{did_you_mean, named, quoted};
-use crate::file::{atomic, standard, unnamed};
+use crate::file::{atomic, standard, toml_text, unnamed};
 use crate::gpu::device::{AdapterWish, Gpu};
+use crate::gpu::shader::SHADERS;
 use crate::measure::report::Report;
 use crate::measure::suite::{self, PartReport, Published, SuiteReport, TableReport};
 
@@ -199,10 +200,7 @@ impl BuiltIn {
 /// Reads and checks a suite, without its parts' command lines.
 fn read(file: &Path) -> anyhow::Result<SuiteFile> {
     let text = read_text(file, LARGEST_SCENE_BYTES).with_context(|| format!("cannot read {}", named(file)))?;
-    let suite: SuiteFile = toml::from_str(&text).map_err(|error| {
-        let line = error.span().map_or(1, |span| 1 + text[..span.start].matches('\n').count());
-        anyhow::anyhow!("{}:{line}: {}", named(file), error.message())
-    })?;
+    let suite: SuiteFile = toml_text::read(&file.display().to_string(), &text)?;
     let parts: Vec<&Part> = suite.tables.iter().flat_map(|table| &table.parts).collect();
     if parts.is_empty() {
         bail!("{}: the suite has no parts", named(file));
@@ -236,6 +234,19 @@ fn read(file: &Path) -> anyhow::Result<SuiteFile> {
                 );
             }
         }
+        for beginning in &table.passes {
+            let is_known = |(name, _): &(&str, _)| name.starts_with(beginning.as_str()) || beginning.starts_with(name);
+            if beginning.is_empty() || !SHADERS.iter().any(is_known) {
+                let meant = did_you_mean(beginning, SHADERS.iter().map(|(name, _)| *name));
+                bail!(
+                    "{}: table {}: no pass has a name that begins with {}{meant}; report.json of a benchmark lists the \
+                     passes of its styles",
+                    named(file),
+                    quoted(&table.title),
+                    quoted(beginning)
+                );
+            }
+        }
     }
     Ok(suite)
 }
@@ -266,6 +277,10 @@ impl Part {
     /// Returns the arguments of the benchmark. `--size`, `--frames`, `--tile-memory` and `--steadiness-pairs` of the command line
     /// replace those of the part.
     fn line(&self, folder: &Path, file: &Path, args: &BenchArgs) -> anyhow::Result<BenchArgs> {
+        let is_output = |word: &&String| word.starts_with("-o") || word.split('=').next() == Some("--output");
+        if let Some(word) = self.bench.iter().find(is_output) {
+            bail!("{}: part {}: {word}: the suite chooses the folder of a part", named(file), self.name);
+        }
         let mut words: Vec<OsString> = self.bench.iter().map(|word| in_folder(folder, word)).collect();
         words.extend(["-o".into(), args.output.join(&self.name).into_os_string()]);
         words.extend(replaced(args).into_iter().map(OsString::from));
@@ -373,12 +388,14 @@ mod tests {
         let begin = "title = \"t\"\nabout = \"\"\n[[tables]]\ntitle = \"a table\"\n";
         let part = "[[tables.parts]]\nname = \"a\"\nbench = []\n";
         for (text, cause) in [
-            ("title = 1".to_owned(), ":1: "),
+            ("title = 1".to_owned(), ":1:9: title must be text"),
             ("title = \"t\"\nabout = \"\"\ntables = []".to_owned(), "no parts"),
             (format!("{begin}{}", part.replace("\"a\"", "\"../a\"")), "cannot be the folder"),
             (format!("{begin}{part}{part}"), "two parts are called a"),
             (format!("{begin}{part}speed = 1\n"), "speed"),
             (format!("{begin}columns = [\"gpu_mb\"]\n{part}"), "gpu_ms"),
+            (format!("{begin}passes = [\"lines/sobl\"]\n{part}"), "did you mean \"lines/sobel\""),
+            (format!("{begin}passes = [\"\"]\n{part}"), "no pass has a name"),
         ] {
             atomic::write(&file, text.as_bytes()).unwrap();
             let error = read(&file).unwrap_err().to_string();

@@ -10,11 +10,11 @@ use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
 use crate::commands::quality_args::Use;
 use crate::frame::Antialias;
-use crate::measure::setting::Setting;
+use crate::measure::setting::{OWN_KEYS, Setting};
 use crate::style::set::SetValue;
 use crate::style::{Layer, Style};
 
-/// Largest number of settings of all styles: each has a renderer and tiles of its own.
+/// Largest number of settings of all styles, without the styles as they are: each has a renderer and tiles of its own.
 const MOST_SETTINGS: usize = 64;
 /// Allowed error of the surface without an option, in pixels.
 pub(super) const DEFAULT_LOD_ERROR_PX: f64 = 1.0;
@@ -41,7 +41,9 @@ impl FromStr for Sweep {
                 "it must be KEY=VALUE,VALUE,…, such as lod-error=0.5,1,2 or strokes.update_every=1,10".to_owned()
             );
         }
-        if let Some(twice) = values.iter().enumerate().find(|(index, value)| values[..*index].contains(value)) {
+        let is_same = |a: &str, b: &str| a == b || a.parse::<f64>().is_ok_and(|number| b.parse() == Ok(number));
+        let is_twice = |(index, value): &(usize, &String)| values[..*index].iter().any(|before| is_same(before, value));
+        if let Some(twice) = values.iter().enumerate().find(is_twice) {
             return Err(format!("{} is listed twice", twice.1));
         }
         Ok(Self { key: key.trim().to_owned(), values })
@@ -149,7 +151,8 @@ impl Variant {
     fn with(args: &BenchArgs, name: &str, pairs: &[(&str, &str)]) -> anyhow::Result<Self> {
         let setting = Setting::of(pairs.iter().copied());
         let setting = setting.map_err(|error| Misuse(format!("--sweep {error}")))?;
-        let style = arguments::style_with("--sweep", name, &setting.values)?;
+        let style = arguments::style_with("--sweep", name, &setting.values)
+            .map_err(|error| explained(name, &setting, error))?;
         let mut variant = Self { style, ..Self::as_it_is(args, name)? }.with_setting(&setting);
         let words: Vec<String> = pairs.iter().map(|(key, text)| format!("{key}={text}")).collect();
         variant.style.name = format!("{} {}", variant.style.name, words.join(" "));
@@ -177,6 +180,26 @@ impl Variant {
     }
 }
 
+/// Adds what helps to the error of a sweep: which section a style lacks, or which keys there are.
+fn explained(style: &str, setting: &Setting, error: anyhow::Error) -> anyhow::Error {
+    let words = error.to_string();
+    let keys: Vec<&str> = setting.values.iter().map(|value| value.key.as_str()).collect();
+    if words.contains(" is missing") || words.contains(" are missing") {
+        let sections: Vec<&str> = keys.iter().filter_map(|key| Some(key.split_once('.')?.0)).collect();
+        return Misuse(format!(
+            "--sweep {}: the style {style} lacks what it changes ({}); a sweep needs a parameter that all the styles have",
+            keys.join(", "),
+            sections.join(", ")
+        ))
+        .into();
+    }
+    if words.contains("there is no parameter") {
+        let own = OWN_KEYS.join(", ");
+        return Misuse(format!("{words}; besides parameters of styles, --sweep knows {own}")).into();
+    }
+    error
+}
+
 fn use_of(args: &BenchArgs) -> Use {
     if args.budget.is_some() { Use::Governor } else { Use::Frames }
 }
@@ -194,8 +217,13 @@ pub(super) fn check(args: &BenchArgs) -> anyhow::Result<()> {
     let values = args.sweep.iter().map(|sweep| sweep.values.len());
     let count = values.fold(args.styles.len(), usize::saturating_mul);
     if !args.sweep.is_empty() && count > MOST_SETTINGS {
+        let factors: Vec<String> = std::iter::once(format!("{} of --styles", args.styles.len()))
+            .chain(args.sweep.iter().map(|sweep| format!("{} of {}", sweep.values.len(), sweep.key)))
+            .collect();
         bail!(Misuse(format!(
-            "--sweep: {count} settings are too many for one benchmark, which has at most {MOST_SETTINGS}"
+            "--sweep: {} are {count} settings, and one benchmark has at most {MOST_SETTINGS}; give fewer values, or one \
+             style at a time",
+            factors.join(" × ")
         )));
     }
     Ok(())
@@ -248,6 +276,7 @@ mod tests {
         let pairs: Sweep = "lines.ramp=[0.1, 0.3],[0.2,0.4]".parse().unwrap();
         assert_eq!(pairs.values, ["[0.1, 0.3]", "[0.2,0.4]"]);
         assert!("scale=1,0.5,1".parse::<Sweep>().unwrap_err().contains("1 is listed twice"));
+        assert!("scale=0.5,0.50".parse::<Sweep>().unwrap_err().contains("0.50 is listed twice"));
         for wrong in ["", "lod-error", "lod-error=", "=1", "lod-error=1,,2"] {
             assert!(wrong.parse::<Sweep>().unwrap_err().contains("KEY=VALUE"), "{wrong}");
         }

@@ -25,7 +25,7 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
     let style = args.style.as_deref().unwrap_or(super::STYLE);
     arguments::style(style)?;
     args.world.check()?;
-    let (quality, front) = super::quality::at_start(args, style)?;
+    let (quality, fronts) = super::quality::at_start(args, style)?;
     let runtime = Runtime::connect()?;
     let options = HeadsetOptions {
         name: crate::world::title(args.world.name()),
@@ -33,7 +33,7 @@ pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
         antialias: args.antialias,
         lod_error_px: args.lod_error,
         quality,
-        front,
+        fronts,
         frames: args.frames,
     };
     let args = args.clone();

@@ -45,14 +45,14 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
     let last_style = remembered.style.clone().filter(|style| arguments::style(style).is_ok());
     let size_px = args.size.or(remembered.size_px).unwrap_or(SIZE_PX);
     let args = &FlyArgs { size: Some(size_px), ..args.clone() };
-    let (quality, front) =
+    let (quality, fronts) =
         super::quality::at_start(args, args.style.as_deref().or(last_style.as_deref()).unwrap_or(STYLE))?;
     let windowing = Windowing::new()?;
     // Also before the window opens: it may take a while.
     let (args, opened) = opened(args, last_world)?;
     let options = FlightOptions {
         quality,
-        front,
+        fronts,
         name: title(args.world.name()),
         style: args.style.clone().or(last_style).unwrap_or_else(|| STYLE.to_owned()),
         path: args.path.as_ref().map(|path| path.to_string_lossy().into_owned()),

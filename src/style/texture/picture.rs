@@ -13,10 +13,17 @@ use crate::style::StyleError;
 const SIDES_PX: [[u32; 2]; 2] = [[8, 8192], [4, 2048]];
 /// Least darkness of the darkest pixel: a paler picture has no stroke.
 const LEAST_DARKNESS: f32 = 0.1;
-/// A row whose darkest pixel is paler than this is paper.
-const PAPER: f32 = 0.04;
+/// A row that is less dark than this part of the darkest row is paper, with specks of dust.
+const PAPER_ROW: f32 = 0.1;
+/// Pixels less dark than this part of the darkest one are those of the paper, if they are at least `LEAST_PAPER` of all and
+/// no darker than `DARKEST_PAPER`.
+const PALE: f32 = 0.4;
+const LEAST_PAPER: f32 = 0.1;
+const DARKEST_PAPER: f32 = 0.35;
+/// What a scanner adds to the tone of paper.
+const PAPER_NOISE: f32 = 0.05;
 
-/// The darkness of a picture of a stroke. Rows of paper above and below the stroke are left out.
+/// The darkness of a picture of a stroke. Paper is white, and rows of paper above and below the stroke are left out.
 #[derive(Clone)]
 pub struct StrokePicture {
     size_px: [usize; 2],
@@ -116,16 +123,46 @@ fn read_darkness(path: &Path) -> Result<StrokePicture, String> {
         let light = [0.2126, 0.7152, 0.0722].iter().zip(pixel).map(|(part, byte)| part * f32::from(*byte)).sum::<f32>();
         (1.0 - light / 255.0) * f32::from(pixel[3]) / 255.0
     });
-    let darkness: Vec<f32> = darkness.collect();
-    let darkest = |row: &[f32]| row.iter().copied().fold(0.0_f32, f32::max);
-    if darkest(&darkness) < LEAST_DARKNESS {
+    let mut darkness: Vec<f32> = darkness.collect();
+    let darkest = darkness.iter().copied().fold(0.0_f32, f32::max);
+    if darkest < LEAST_DARKNESS {
         return Err("it shows no stroke: draw dark ink on white or transparent paper".to_owned());
     }
+    let paper = paper(&darkness, darkest);
+    if paper > 0.0 {
+        // The noise of scanned paper is paper, too.
+        let white = paper + PAPER_NOISE;
+        darkness.iter_mut().for_each(|value| *value = ((*value - white) / (1.0 - white)).max(0.0));
+    }
     // The stroke's width is that of its ink.
-    let is_ink = |y: &usize| darkest(&darkness[y * width..(y + 1) * width]) > PAPER;
+    let rows: Vec<f32> = darkness.chunks_exact(width).map(|row| row.iter().sum::<f32>() / width as f32).collect();
+    let most = rows.iter().copied().fold(0.0_f32, f32::max);
+    let is_ink = |y: &usize| rows[*y] > PAPER_ROW * most;
     let first = (0..height).find(is_ink).unwrap_or(0);
     let last = (0..height).rev().find(is_ink).unwrap_or(height - 1);
+    let own_rows = last + 1 - first;
+    let middle = &rows[first + own_rows / 3..=first + 2 * own_rows / 3];
+    let middle = middle.iter().sum::<f32>() / middle.len() as f32;
+    if rows[first].min(rows[last]) > 2.0 * middle {
+        return Err("its border is darker than its middle: draw dark ink on white or transparent paper".to_owned());
+    }
+    if own_rows > width {
+        return Err(format!(
+            "its ink is {own_rows} px high and {width} px long: the stroke must lie from left to right"
+        ));
+    }
     let darkness = darkness[first * width..(last + 1) * width].to_vec();
     let crc32 = crc32fast::hash(bytemuck::cast_slice(&darkness));
-    Ok(StrokePicture { size_px: [width, last + 1 - first], darkness, crc32 })
+    Ok(StrokePicture { size_px: [width, own_rows], darkness, crc32 })
+}
+
+/// Returns the darkness of the paper: the median of pale pixels; 0 if there is none.
+fn paper(darkness: &[f32], darkest: f32) -> f32 {
+    let mut pale: Vec<f32> = darkness.iter().copied().filter(|value| *value < PALE * darkest).collect();
+    if (pale.len() as f32) < LEAST_PAPER * darkness.len() as f32 {
+        return 0.0;
+    }
+    pale.sort_by(f32::total_cmp);
+    let median = pale[pale.len() / 2];
+    if median > DARKEST_PAPER { 0.0 } else { median }
 }

@@ -132,16 +132,33 @@ fn mistakes_in_a_picture_of_a_stroke_are_told_in_one_line() {
     write("text.png", b"no picture");
     write("small.png", &encode_rgba8([4, 4], &[0; 64]));
     write("white.png", &encode_rgba8([64, 16], &[255; 4 * 64 * 16]));
+    let image = |name: &str, size_px: [u32; 2], light: &dyn Fn(u32, u32) -> u8| {
+        let pixels = (0..size_px[1]).flat_map(|y| (0..size_px[0]).map(move |x| (x, y)));
+        let rgba: Vec<u8> = pixels.flat_map(|(x, y)| [light(x, y), light(x, y), light(x, y), 255]).collect();
+        write(name, &encode_rgba8(size_px, &rgba));
+    };
+    image("inverted.png", [128, 32], &|_, y| if (12..20).contains(&y) { 255 } else { 0 });
+    image("upright.png", [32, 128], &|x, _| if (12..20).contains(&x) { 0 } else { 255 });
     for (name, cause) in [
         ("missing.png", "cannot read the picture of a stroke"),
         ("text.png", "cannot read the picture of a stroke"),
         ("small.png", "it is 4 × 4 px; a picture of a stroke must be 8 to 8192 px long and 4 to 2048 px high"),
+        ("inverted.png", "its border is darker than its middle"),
+        ("upright.png", "the stroke must lie from left to right"),
         ("white.png", "it shows no stroke: draw dark ink on white or transparent paper"),
         ("scan.jpg", "a file name must end with .toml, or .png for a picture of a stroke"),
     ] {
         let error = error(name);
         assert!(error.contains(name) && error.contains(cause) && error.lines().count() == 1, "{error}");
     }
+    // A scan: grey paper with noise, and a speck of dust. The stroke is its middle fifth.
+    image("scan.png", [200, 50], &|x, y| match (20..30).contains(&y) {
+        true => 30,
+        false if (x, y) == (7, 3) => 60,
+        false => 226 + ((x * 7 + y * 13) % 12) as u8,
+    });
+    let scan = Recipe::load("scan.png", folder.path()).unwrap().picture.unwrap();
+    assert_eq!(scan.length_to_width(), 20.0);
     // A recipe with an image has its own numbers.
     let picture = Path::new("pen.png");
     write_stroke(&folder.path().join(picture), 0);

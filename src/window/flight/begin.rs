@@ -130,7 +130,7 @@ impl Flight {
             inspector: Inspector::default(),
             viewer: PictureViewer::new(),
             traffic: Traffic::default(),
-            ladder: Ladder::with_front(options.front.clone()),
+            ladder: Ladder::with_fronts(options.fronts.clone()),
             still_since: None,
             welcomes: !options.remembered.is_welcomed && options.frames.is_none(),
             remembered: options.remembered.clone(),
