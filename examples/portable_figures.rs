@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release --example portable_figures [WIDTHxHEIGHT [STYLE...]]`
 //!
-//! With the names of styles it writes no file, but prints what each pass of their frames reads and writes.
+//! Given names of styles, it writes no file, but prints the bytes that each pass of their frames reads and writes.
 
 use std::path::Path;
 

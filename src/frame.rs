@@ -215,7 +215,7 @@ impl Renderer {
     /// Returns the renderer, and creates it first if there is none.
     ///
     /// # Errors
-    /// Those of [`Renderer::new`].
+    /// The errors of [`Renderer::new`].
     pub(crate) fn or_new<'a>(renderer: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
         if renderer.is_none() {
             *renderer = Some(Self::new(gpu)?);
@@ -363,7 +363,7 @@ impl Renderer {
     /// Prepares the world and renders all eyes of a rig, as [`Renderer::render`] does for one.
     ///
     /// # Errors
-    /// Those of [`Renderer::render`].
+    /// The errors of [`Renderer::render`].
     pub fn render_eyes(
         &mut self,
         gpu: &Gpu,
@@ -384,7 +384,7 @@ impl Renderer {
     /// Renders one frame of all eyes of a rig, for which [`prepare`] has prepared `world`.
     ///
     /// # Errors
-    /// Those of [`Renderer::render`].
+    /// The errors of [`Renderer::render`].
     pub fn render_rig(
         &mut self,
         gpu: &Gpu,
@@ -407,7 +407,8 @@ impl Renderer {
         error.map_or(Ok(()), |error| Err(GpuError::Shader(error)))
     }
 
-    /// Notes a frame of a style for what has a history of its own, and releases it if no style has needed it for a while.
+    /// Notes a frame of a style in the resources that have a history of their own, and releases those that no style has
+    /// needed for a while.
     fn skip_unused(&mut self, style: &Style) {
         if style.rows().is_none() {
             self.rows.skip();

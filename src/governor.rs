@@ -8,10 +8,10 @@
 //! - It rises slowly, by one setting: only if that one is predicted to need less than [`Rules::rise`] of the budget, and not
 //!   within [`Rules::hold_s`] of a change or [`Rules::hold_after_fall_s`] of a fall.
 //! - Between the two nothing changes (the dead zone).
-//! - Frames that were in flight when it changed, and frames that waited for the processor, do not count.
+//! - Frames that were in flight when the setting changed, and frames that waited for the processor, do not count.
 //! - A calm fall never restarts temporal strokes; a rise does so only after [`CALM_S`].
 //!
-//! The costs are corrected by what each change did.
+//! The costs are corrected by the effect of each change.
 
 /// Part of the budget that a setting may need, by prediction, after a fall.
 const FILL: f64 = 0.85;
@@ -29,13 +29,13 @@ const SKIPPED: u32 = 2;
 const AHEAD: f64 = 3.0;
 /// Part of the budget by which a time must rise twice in a row to be continued: less is noise, and one rise a spike.
 const STEEP: f64 = 0.05;
-/// Part of the way by which the cost of a setting moves to what was measured.
+/// Fraction of the way by which the cost of a setting moves toward the measured cost.
 const LEARN: f64 = 0.3;
 
-/// How easily the governor changes the setting.
+/// Thresholds and times by which the governor changes the setting.
 #[derive(Clone, Copy, Debug)]
 struct Rules {
-    /// Mean part of the budget above which it falls.
+    /// Mean part of the budget above which the setting falls.
     fall: f64,
     /// Part of the budget that the next setting may need, by prediction, for a rise.
     rise: f64,
@@ -59,12 +59,12 @@ pub(crate) struct Step {
 /// The times of a frame that has been drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Frame {
-    /// When it ended.
+    /// Time at which the frame ended.
     pub at_s: f64,
     /// Index of the setting with which it was drawn.
     pub step: usize,
     pub gpu_ms: f64,
-    /// Time that the processor needed for it.
+    /// Time that the processor needed for the frame.
     pub cpu_ms: f64,
 }
 
@@ -120,7 +120,7 @@ impl Tally {
     }
 }
 
-/// Why no change would help.
+/// The reason why no change of the setting would help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Limit {
     /// The cheapest setting is over the budget.
@@ -129,7 +129,7 @@ pub(crate) enum Limit {
     Processor,
 }
 
-/// How much of the GPU a headset's runtime asks the frames to leave free, because its own work is late or the device is
+/// The request of a headset's runtime to leave part of the GPU free, because its own work is late or the device is
 /// getting hot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Pressure {
@@ -155,7 +155,7 @@ impl Pressure {
 /// Chooses the setting of each frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Governor {
-    /// The budget under the present pressure, in milliseconds.
+    /// The budget under the current pressure, in milliseconds.
     budget_ms: f64,
     /// The budget without pressure, in milliseconds.
     whole_ms: f64,
@@ -202,7 +202,7 @@ impl Governor {
         }
     }
 
-    /// Sets another budget, and keeps what has been learned.
+    /// Sets another budget, and keeps the learned costs.
     pub(crate) fn set_budget_ms(&mut self, budget_ms: f64) {
         self.whole_ms = budget_ms;
         self.budget_ms = budget_ms * self.pressure.share();
@@ -263,7 +263,7 @@ impl Governor {
             let needed_ms = if self.is_rising() { last_ms.max(self.ahead_ms()) } else { before_ms.min(last_ms) };
             return Some((self.affordable(needed_ms), Reason::Panic));
         }
-        // One frame over the budget is a spike, or the first of a panic: the next one tells.
+        // One frame over the budget is a spike, or the first of a panic: the next one decides.
         if self.counted < NEEDED || last_ms > self.budget_ms {
             return None;
         }
@@ -299,7 +299,8 @@ impl Governor {
         last + AHEAD * 0.5 * (last - first)
     }
 
-    /// Returns the most expensive setting below the present one that is predicted to need at most [`FILL`] of the budget.
+    /// Returns the most expensive setting below the current one that is predicted to need at most [`FILL`] of the
+    /// budget.
     fn affordable(&self, now_ms: f64) -> usize {
         let cost = self.steps[self.step].cost;
         let is_affordable = |step: &usize| now_ms * self.steps[*step].cost / cost <= FILL * self.budget_ms;
@@ -315,8 +316,8 @@ impl Governor {
         (self.step, self.mean, self.counted, self.skipped) = (step, (0.0, 0.0), 0, SKIPPED);
     }
 
-    /// Moves the costs of the cheaper settings, or of the dearer ones, to what the last change did. The view changes too,
-    /// so one change moves them by a part of the difference only.
+    /// Moves the costs of the cheaper settings, or of the dearer ones, toward the effect of the last change. The view
+    /// changes too, so one change moves them by a part of the difference only.
     fn learn(&mut self) {
         let Some((before, before_ms)) = self.before.take() else { return };
         let measured = self.mean.0 / self.mean.1 / before_ms;

@@ -12,10 +12,10 @@ use crate::measure::trade;
 use crate::style::set::{self, SetValue};
 use crate::style::{Style, StyleError};
 
-/// How exactly the picture is drawn.
+/// The exactness with which the picture is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum Quality {
-    /// As the style and the other settings say.
+    /// As exactly as the style and the other settings say.
     #[default]
     AsSet,
     /// At a level of the style's measured front.
@@ -83,7 +83,7 @@ pub(crate) struct Ladder {
 /// A style with a setting.
 #[derive(Debug)]
 struct Drawn {
-    /// What it was made from.
+    /// The style to which the setting was applied.
     of: Style,
     tag: u64,
     scale: f64,
@@ -166,7 +166,7 @@ impl Ladder {
         !self.rests && self.governor.as_ref().is_some_and(|governor| governor.step() + 1 < self.settings.len())
     }
 
-    /// Returns the present setting; `None` if there is nothing to change.
+    /// Returns the current setting; `None` if there is nothing to change.
     pub(crate) fn setting(&self) -> Option<&Setting> {
         match &self.governor {
             Some(_) if self.rests => self.settings.last(),
@@ -180,13 +180,14 @@ impl Ladder {
         self.governor.is_some()
     }
 
-    /// Returns the tag of a frame that is drawn with the present setting.
+    /// Returns the tag of a frame that is drawn with the current setting.
     pub(crate) fn tag(&self) -> u64 {
         let step = self.governor.as_ref().map_or(0, |governor| governor.step() as u64);
         (self.number << 16) | if self.rests { AT_REST } else { step }
     }
 
-    /// Returns a style with the present setting, for pictures that are `scale` times as large as the window or the headset's images.
+    /// Returns a style with the current setting, for pictures that are `scale` times as large as the window or the
+    /// headset's images.
     pub(crate) fn applied<'a>(&'a mut self, style: &'a Style, scale: f64) -> Cow<'a, Style> {
         let values = self.setting().map(|setting| setting.values.clone()).unwrap_or_default();
         if values.is_empty() && scale == 1.0 {
@@ -224,7 +225,7 @@ impl Ladder {
         change.is_some()
     }
 
-    /// Returns what the present setting gives up of the user's settings, in words; `None` if nothing is. `scale` and
+    /// Returns what the current setting gives up of the user's settings, in words; `None` if nothing is. `scale` and
     /// `lod_error_px` are the resolution and the terrain error that the user has set.
     pub(crate) fn given_up(&self, scale: f64, lod_error_px: f64) -> Option<String> {
         let setting = self.setting()?;
@@ -283,8 +284,9 @@ impl Ladder {
     }
 }
 
-/// Returns the settings of a front for a governor, each with its cost relative to the style as it is: what is dearer than
-/// that nobody has asked for, and a dearer setting with a greater error is left out.
+/// Returns the settings of a front for a governor, each with its cost relative to the style as it is. Settings that
+/// cost more than the style are left out, since nobody has requested them, and so are settings that are dearer and less
+/// exact than another.
 fn monotonic(points: &[Point]) -> Vec<(f64, Setting)> {
     let has_lines = points.iter().any(|point| point.errors.contains_key(trade::LINES_LOST));
     let key = if has_lines { trade::LINES_LOST } else { trade::TONE_ERROR };
@@ -306,7 +308,7 @@ fn setting_of(point: &Point) -> Option<Setting> {
     point.setting().inspect_err(|error| tracing::warn!("a setting of the front is left out: {error}")).ok()
 }
 
-/// Returns a style with those of the values that it can have, and how many it cannot.
+/// Returns a style with those of the values that are valid in it, and the number of the others.
 fn with_values(style: &Style, values: &[SetValue]) -> (Style, usize) {
     let with = |style: &Style, values: &[SetValue]| -> Result<Style, StyleError> {
         let text = set::with_values(&style.name, &style.text(), style, values)?;
@@ -368,7 +370,8 @@ mod tests {
         let ink = style("ink");
         let drawn = ladder.applied(&ink, scale).into_owned();
         assert!(drawn != ink && drawn.name == "ink");
-        // What the front sets as the style has it is not given up; nor is a resolution that the user has set lower.
+        // A value that the front leaves as the style has it is not given up, and neither is a resolution that the user
+        // has set lower.
         let lod_error_px = ladder.setting().unwrap().lod_error_px.unwrap();
         let words = format!("resolution {scale}, terrain error {lod_error_px} px.");
         assert_eq!(ladder.words(1.0, 0.5).unwrap(), words);

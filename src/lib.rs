@@ -6,9 +6,10 @@
 //! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window, headset
 //! ```
 //!
-//! What is public is the API: open a world ([`world`], [`source`], [`pyramid`], [`remote`]), describe a view and a style
-//! ([`scene`], [`style`]), draw ([`gpu`], [`frame`], [`picture`]), read and write files ([`mod@file`]), and measure
-//! ([`measure`]). All other modules are internal. `examples/heights_in_memory.rs` draws a picture in fifty lines.
+//! The public items are the API: open a world ([`world`], [`source`], [`pyramid`], [`remote`]), describe a view and a
+//! style ([`scene`], [`style`]), draw ([`gpu`], [`frame`], [`picture`]), read and write files ([`mod@file`]), and
+//! measure ([`measure`]). All other modules are internal. `examples/heights_in_memory.rs` draws a picture in fifty
+//! lines.
 //!
 //! `ARCHITECTURE.md` follows one frame and one tile through the modules. `docs/decisions` has one page for each design
 //! decision, with its reasons.

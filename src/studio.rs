@@ -1,12 +1,14 @@
-//! The studio, as far as it needs no window: a style and a camera path that are being edited, with history and files.
+//! The part of the studio that needs no window: a style and a camera path that are being edited, with history and
+//! files.
 //!
 //! [`document`] holds the text of a style with everything that follows from it, and is the only way to change it.
 //! [`camera_path`] does the same for a camera path. [`controls`] moves several parameters at once, [`export`] makes
-//! command lines of exports, [`favourites`] is part of the settings file, [`folder`] finds style files, [`history`] keeps
-//! the steps that can be undone, [`neighbours`] finds the styles that one edit away switch something, [`file_kind`] says what a dropped file is, [`recent`] lists the files that were opened
-//! last, [`rows`] lists what an inspector shows, [`swatch`] draws small pictures of recipes, [`unsaved`] keeps edits over
-//! a crash, [`views`] are the views of a world that the user has named, and [`watch`] reports when files change outside of
-//! the program.
+//! command lines of exports, [`favourites`] is part of the settings file, [`folder`] finds style files, [`history`]
+//! keeps the steps that can be undone, [`neighbours`] finds the styles in which one edit switches something,
+//! [`file_kind`] recognises the kind of a dropped file, [`recent`] lists the files that were opened last, [`rows`]
+//! lists what an inspector shows, [`swatch`] draws small pictures of recipes, [`unsaved`] keeps edits over a crash,
+//! [`views`] are the views of a world that the user has named, and [`watch`] reports when files change outside of the
+//! program.
 
 pub(crate) mod file_kind;
 pub(crate) mod camera_path;

@@ -138,7 +138,7 @@ fn nearest_surface(pixel: vec2<i32>, has_line: bool) -> vec4<f32> {
 }
 #endif
 
-// What the inks of a pixel depend on.
+// The values on which the inks of a pixel depend.
 struct Place {
     pixel: vec2<i32>,
     // Position on the whole sheet, in pixels.

@@ -67,7 +67,7 @@ const BASE_DISCS: u32 = 5u;
 const DISCS: u32 = 8u;
 // Cells along the side of a cube's face; each may have a star.
 const STAR_CELLS: f32 = 72.0;
-// Border of a cell, as a part of it, in which no star has its centre.
+// Border of a cell that is kept free of star centres, as a fraction of the cell's side.
 const STAR_BORDER: f32 = 0.2;
 const FAR_PX: f32 = 1e6;
 

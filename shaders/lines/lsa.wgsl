@@ -77,7 +77,7 @@ struct Fit {
     curvature: f32,
     // The denominator of Eq. 6.
     control_m: f32,
-    // True if one of them is sky and the other is not: nothing fits.
+    // True if one of the samples is sky and the other is not: no curve can be fitted.
     is_torn: bool,
 }
 

@@ -8,7 +8,7 @@ const AT_DISTANCE: u32 = 1u;
 const ON_PICTURE: u32 = 2u;
 const AT_PLACE: u32 = 3u;
 
-// Part of its width that ink far from the focus loses, where it loses all of its contrast.
+// Fraction of its width that ink loses far from the focus, where all contrast is lost.
 const THINNER: f32 = 0.4;
 
 struct Focus {

@@ -101,8 +101,8 @@ fn change_along(axis: vec3<f32>, foot: Footprint) -> vec2<f32> {
 
 // Divides a darkness among the layers; returns each layer's darkness. Where independent marks overlap, optical
 // densities -ln(1 - coverage) add up. A layer takes part from the darkness at which it begins, in equal shares with the
-// others that have begun, weighted by its range of steepness. The first layer takes what no other layer may. The loop
-// is unrolled because software drivers index vectors slowly.
+// others that have begun, weighted by its range of steepness. The first layer takes the darkness that no other layer
+// may take. The loop is unrolled because software drivers index vectors slowly.
 fn divide(hatch: Hatch, darkness: f32, steepness: f32) -> vec4<f32> {
     let whole = -log(max(1.0 - darkness, 1e-4));
     let liking = smoothstep(hatch.comes_from, hatch.comes_full, vec4<f32>(steepness))

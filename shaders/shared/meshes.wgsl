@@ -55,8 +55,8 @@ const AGAIN: u32 = 0xfffffffeu;
 // Vertices of everything in view, as drawn: metres from the rig's origin.
 @group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
 
-// What `instance_of` counts by: vertices in view, triangles in view that are near enough for edges, triangles in view,
-// or all triangles of the world at all levels.
+// The quantity by which `instance_of` counts: vertices in view, triangles in view that are near enough for edges,
+// triangles in view, or all triangles of the world at all levels.
 const BY_VERTEX: u32 = 0u;
 const BY_NEAR: u32 = 1u;
 const BY_TRIANGLE: u32 = 2u;

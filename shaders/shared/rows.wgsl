@@ -43,7 +43,7 @@ const CORE: i32 = 5;
 const SAMPLES: i32 = 17;
 // Words of a candidate: its index in its piece of a row's middle line; the number of intervals between the candidates
 // of that piece; the number of samples below its seed, plus 256 times the number above it; the seed's height; and its
-// samples (sample_word), where its seed is as two floats until `trace` writes the samples.
+// samples (sample_word), in whose place the seed is stored as two floats until `trace` writes them.
 const INDEX: u32 = 0u;
 const INTERVALS: u32 = 1u;
 const REACH: u32 = 2u;

@@ -18,8 +18,9 @@ const LAKE_SAMPLES: f32 = 8.0;
 // two coarser levels.
 const LAKE_LOOKS: i32 = 7;
 const ARM_SAMPLES: f32 = 2.5;
-// A level square is part of a terrace if land around it is lower by less than this slope, rise over run, in this many
-// of sixteen samples, or lower or higher in this many, on one of this many coarser levels.
+// A level square is part of a terrace if, on one of TERRACE_LOOKS coarser levels, the land around it is lower by less
+// than the slope GENTLE (rise over run) in TERRACE_SAMPLES of sixteen samples, or lower or higher by less than it in
+// LEVEL_SAMPLES.
 const GENTLE: f32 = 0.01;
 const TERRACE_SAMPLES: f32 = 2.0;
 const LEVEL_SAMPLES: f32 = 6.0;

@@ -79,7 +79,7 @@ struct SampleCounts {
     padding: u32,
 }
 
-// What the passes need to know of time.
+// The times and steps that the passes need.
 struct Temporal {
     // Added to camera-relative positions of the previous frame to give this frame's, in metres.
     step_m: vec3<f32>,

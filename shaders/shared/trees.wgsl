@@ -19,7 +19,7 @@ const LISTS_OF_ALL: u32 = 2u;
 // which it dissolves, and as the piece of canopy that replaces it.
 const TREES_OF_GROUP: u32 = 64u;
 const INSTANCES_OF_TREE: u32 = 3u;
-// Stands for a list in which an instance is not.
+// Placeholder for a list that does not contain the instance.
 const NO_LIST: u32 = 0xffffu;
 // Depth along the view axis below which parts of trees are not drawn, so that an eye within a crown looks out of it.
 const CLEAR_M: f32 = 5.0;

@@ -7,8 +7,9 @@
 // the eye, where the finest samples are larger than that, the form is the land itself.
 //
 // A ridge that runs along the light has the same tone on both sides. There the light turns, always to the same side, by
-// up to `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. What is rotated
-// is the normal, the other way around the plumb line: so slopes, and the light on other things, stay as they are.
+// up to `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. Instead of the
+// light the normal is rotated, in the opposite direction around the plumb line: so slopes, and the light on other
+// things, stay as they are.
 #import hachure::view::View
 #import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world}

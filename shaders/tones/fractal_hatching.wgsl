@@ -107,7 +107,7 @@ fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32, is_loose: bool) -> A
     return Asked(i32(level), place_m, place_px, density, max(wide_px, width_px));
 }
 
-// A mark of an axis: its identity, its own level relative to the current one, and its present width.
+// A mark of an axis: its identity, its own level relative to the current one, and its current width.
 struct Mark {
     identity: u32,
     // Its position in an even order of its level, as a part of 2^32.

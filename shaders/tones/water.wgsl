@@ -7,9 +7,9 @@
 //
 // With MIRROR still water takes the tone of its reflection, more at flatter angles. The ray that the water surface
 // reflects is marched on the picture: its projection runs straight to its vanishing point, and its inverse depth is
-// linear (McGuire and Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). What hides it there is what is reflected;
-// if nothing does, it is the sky. Engravers draw dark reflections in horizontal strokes that swell and break, and so
-// does this.
+// linear (McGuire and Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). The surface that first hides the ray is the
+// one that is reflected; if none does, the sky is. Engravers draw dark reflections in horizontal strokes that swell and
+// break, and so does this pass.
 #import hachure::view::{View, distance_from_eye, from_eye}
 #import hachure::seen::place_seen
 #import hachure::line_ink::line_ink

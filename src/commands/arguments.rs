@@ -65,7 +65,7 @@ pub(crate) fn style(name: &str) -> anyhow::Result<Style> {
 /// Loads a style like [`style`], with other values at some keys, which were given by `option`.
 ///
 /// # Errors
-/// Those of [`style`], and [`Misuse`] for a value.
+/// The errors of [`style`], and [`Misuse`] for a value.
 pub(crate) fn style_with(option: &str, name: &str, values: &[SetValue]) -> anyhow::Result<Style> {
     let before = style(name)?;
     if values.is_empty() {
@@ -158,7 +158,7 @@ fn check_no_style(world: &Path) -> Result<(), Misuse> {
     if world.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("toml")) || !world.is_file() {
         return Ok(());
     }
-    // What is wrong with the file is reported when it is read as a scene.
+    // Mistakes in the file are reported when it is read as a scene.
     let text = read_text(world, LARGEST_SCENE_BYTES).unwrap_or_default();
     let keys = toml_text::keys(&world.to_string_lossy(), &text).unwrap_or_default();
     let has = |key: &str| keys.iter().any(|known| known == key);

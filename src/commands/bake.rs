@@ -139,7 +139,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
         stop: &STOP,
     };
     let baked = pyramid::bake::bake_reader(&*reader, output, &BakeOptions { max_error_m: args.max_error }, &work, &bar);
-    // A part, or what is left of a bake, may lack the samples with the value.
+    // A part, or the remains of a bake, may lack the samples with the value.
     let is_whole = args.shard.is_none() && !args.resume && baked.is_ok();
     if let (true, Some(no_data)) = (is_whole && reader.has_unmatched_no_data(), args.heights.nodata) {
         tracing::warn!("{}: no sample is {no_data}, so --nodata {no_data} changes nothing", named(&args.inputs[0]));
@@ -161,7 +161,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
             print(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
         }
         Ok(Baked::Pyramid(baked)) => {
-            // Report what a reader of the file finds.
+            // Report the statistics that a reader of the file finds.
             let of = || named(output);
             let pyramid = Arc::new(Pyramid::open(output)?);
             let report = Report {

@@ -403,8 +403,9 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
     fly_back(gpu, path, runs)
 }
 
-/// Draws the last frames again, from the last one back, since their tiles are there: without a timer around each pass,
-/// with timers but without a pause, and with traces. Each style draws alone, since frames that follow each other are measured.
+/// Draws the last frames again, from the last one back, since their tiles are loaded: without a timer around each pass,
+/// with timers but without a pause, and with traces. Each style draws alone, since frames that follow each other are
+/// measured.
 fn fly_back(gpu: &Gpu, path: &CameraPath, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     for run in runs.iter_mut() {
         run.end_flight();

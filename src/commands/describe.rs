@@ -187,7 +187,7 @@ impl Heights {
         })
     }
 
-    /// Returns what is filled, as text; empty if nothing is.
+    /// Returns the number of filled samples, as text; empty if none are.
     fn filled_text(&self) -> String {
         match (self.filled_samples, self.spike_samples) {
             (0, 0) => String::new(),
@@ -197,7 +197,7 @@ impl Heights {
     }
 
     /// Returns what is implausible about the heights on the Earth, as a sentence: they vary by more than the land is
-    /// wide, or no land is so high or so deep.
+    /// wide, or they are higher or deeper than any land.
     pub(super) fn doubt(&self) -> Option<String> {
         let (relief_m, wide_m) = (f64::from(self.max_m - self.min_m), self.extent_m[0].max(self.extent_m[1]));
         let [low_m, high_m] = EARTH_M;

@@ -93,7 +93,7 @@ pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 /// flight is opened; otherwise this is [`run`].
 ///
 /// # Errors
-/// Those of [`run`].
+/// The errors of [`run`].
 pub(crate) fn run_again(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let has_place = args.camera.is_some() || args.path.is_some() || args.look.look_at.is_some();
     let again = args.world.name.is_none() && !has_place && !args.vr && args.frames.is_none();

@@ -174,8 +174,8 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     if embedded::path(file).is_some() {
         return camera_path(file);
     }
-    // Anything but a regular file must not be opened here: a pipe would wait forever. The height reader reports what it
-    // is.
+    // Anything but a regular file must not be opened here: a pipe would wait forever. The height reader reports the
+    // kind of file.
     let Ok(metadata) = std::fs::metadata(file) else {
         if let Some(preset) = file.to_str().filter(|name| preset_text(name).is_some()) {
             bail!("{preset}: a preset; see hachure styles show {preset}");
@@ -367,7 +367,7 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
     bail!("{}: this TOML file is neither a scene (no [world]) nor a style (no [tone] and no extends)", named(file));
 }
 
-/// Returns what a style draws, in drawing order: its tones, then its ink layers from the bottom to the top.
+/// Returns the elements of a style, in drawing order: its tones, then its ink layers from the bottom to the top.
 fn draws(style: &Style) -> Vec<String> {
     let shadows = style.needs_horizons().then(|| "cast shadows and sky visibility".to_owned());
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour".to_owned());

@@ -42,8 +42,8 @@ pub fn start(verbose: u8) {
     tracing_subscriber::registry().with(filter).with(Once::default()).with(lines).init();
 }
 
-/// Drops warnings that were printed before. A file may be opened several times by one command, to find its place, to
-/// bake it and to draw it, and what is drawn in parts, frames and eyes meets the same difficulty in each.
+/// Drops warnings that were printed before. One command may open a file several times, to find its place, to bake it
+/// and to draw it, and a picture that is drawn in parts, frames and eyes causes the same warning in each of them.
 #[derive(Default)]
 struct Once(Mutex<FxHashSet<String>>);
 

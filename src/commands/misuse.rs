@@ -31,7 +31,7 @@ const OF_COMMANDS: [(&str, &str); 15] = [
     ("--resume", "bake"),
 ];
 
-/// Options that only `bake` has, and what the other commands have instead.
+/// Options that only `bake` has, and the alternatives in the other commands.
 const BAKE_ONLY: [(&str, &str); 3] = [
     ("--spacing", "set spacing_m in NAME.ext.toml"),
     ("--raw-size", "set width and height in NAME.ext.toml"),
@@ -145,7 +145,7 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
     }
 }
 
-/// Returns whether a value is that of no list of numbers, so that it was meant as a name.
+/// Returns whether a value cannot be a number or a list of numbers, and so was meant as a name.
 fn is_name(value: &str) -> bool {
     !value.contains(',') && value.parse::<f64>().is_err()
 }
@@ -182,7 +182,7 @@ const PLURALS: [(&str, &str); 3] = [("style", "styles"), ("draw", "render"), ("d
 /// Returns the names that a cause lists as possible values: "it must be none or temporal".
 fn choices(cause: &str) -> impl Iterator<Item = &str> {
     let listed = cause.split_once("must be ").map(|(_, listed)| listed).filter(|listed| listed.contains(" or "));
-    // What follows is an example, not a choice.
+    // The text that follows is an example, not a choice.
     let listed = listed.unwrap_or_default().split(" like ").next().unwrap_or_default();
     let words = listed.split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
     const NO_CHOICES: [&str; 8] = ["one", "number", "like", "above", "between", "and", "metres", "degrees"];

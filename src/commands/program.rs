@@ -42,7 +42,7 @@ impl Cli {
     /// Runs the command; without one, flies.
     ///
     /// # Errors
-    /// Those of the command.
+    /// The errors of the command.
     pub fn run(&self) -> anyhow::Result<()> {
         interrupt::handle_requests();
         match &self.command {

@@ -29,7 +29,7 @@ pub(crate) struct Bar {
 
 struct State {
     what: String,
-    /// Time and progress (0 to 1) at which the present step of the work began.
+    /// Time and progress (0 to 1) at which the current step of the work began.
     start: (Instant, f32),
     last_line: Instant,
 }

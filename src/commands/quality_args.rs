@@ -74,11 +74,7 @@ impl QualityArgs {
         let name = arguments::style(style)?.name;
         let given = self.given()?;
         let Some((first, from)) = given.first() else {
-            let front = built_in(style)?;
-            if front.style != name {
-                bail!(for_another_style(&front, &format!("the front of {style}"), &name));
-            }
-            return Ok((front, format!("the front of {style}")));
+            return Ok((built_in(style, &name)?, format!("the front of {name}")));
         };
         match given.iter().find(|(front, _)| front.style == name) {
             Some(found) => Ok(found.clone()),
@@ -112,19 +108,20 @@ fn read(path: &Path) -> anyhow::Result<Front> {
     Front::parse(&named(path), &text).map_err(anyhow::Error::msg)
 }
 
-fn built_in(style: &str) -> anyhow::Result<Front> {
-    let text = FRONTS.iter().find(|(name, _)| *name == style).map(|(_, text)| *text);
+/// Returns the built-in front of the style `name`, which the command line calls `style`.
+fn built_in(style: &str, name: &str) -> anyhow::Result<Front> {
+    let text = FRONTS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text);
     let Some(text) = text else {
         let measured = FRONTS.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
         bail!(Misuse(format!(
             "{name} has no measured settings for --quality and --budget (presets that have some: {measured}). Measure them: hachure \
              bench --path tour --styles {name} --sweep scale=0.5,0.75,1 --sweep lod-error=0.5,1,4 -o DIR (or with your \
              own WORLD and --path PATH.csv); then add --front DIR/{}",
-            quality::file_name(&arguments::style(style)?.name),
+            quality::file_name(name),
             name = named(style),
         )));
     };
-    Front::parse(&format!("the front of {style}"), text).map_err(anyhow::Error::msg)
+    Front::parse(&format!("the front of {name}"), text).map_err(anyhow::Error::msg)
 }
 
 #[cfg(test)]

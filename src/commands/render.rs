@@ -245,7 +245,7 @@ const MAX_FRAMES: usize = 10_000_000;
 /// Parses a size such as `1280x720`.
 ///
 /// # Errors
-/// Returns what the value must look like.
+/// Returns the required form of the value.
 pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let wrong = || "it must be a size like 1280x720".to_owned();
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
@@ -263,7 +263,7 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// quality is, and only frames of a path are smoothed in time.
 ///
 /// # Errors
-/// Those of [`QualityArgs::setting`], and [`Misuse`] for a picture that is drawn again.
+/// The errors of [`QualityArgs::setting`], and [`Misuse`] for a picture that is drawn again.
 fn with_quality(mut args: RenderArgs) -> anyhow::Result<RenderArgs> {
     if args.like.is_some() && args.quality.quality.is_some() {
         bail!(Misuse("--quality: does not apply to --like, which draws with the values of the picture".to_owned()));

@@ -137,7 +137,7 @@ fn check_no_preset(file: &Path, action: &str) -> Result<(), Misuse> {
     }
 }
 
-/// Prints a style file in its present form, or writes it to a new file.
+/// Prints a style file in its current form, or writes it to a new file.
 fn migrate(file: &Path, output: Option<&Path>, json: bool) -> anyhow::Result<()> {
     let text =
         read_text(file, LARGEST_STYLE_BYTES).with_context(|| format!("{}: cannot read the style", named(file)))?;

@@ -18,7 +18,7 @@ pub(crate) struct WaterArgs {
 }
 
 impl WaterArgs {
-    /// Checks that the file exists, so that nobody waits for a world first.
+    /// Checks that the file exists, so that the error comes before a world is opened.
     ///
     /// # Errors
     /// Fails if there is no such file.

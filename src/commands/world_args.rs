@@ -52,14 +52,14 @@ impl WorldArgs {
     /// Checks that the world exists, if it is a file (see [`arguments::check_world`]), and the file of `--water`.
     ///
     /// # Errors
-    /// Those of [`arguments::check_world`] and [`WaterArgs::check`].
+    /// The errors of [`arguments::check_world`] and [`WaterArgs::check`].
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         self.light.check()?;
         arguments::check_world(self.name())?;
         self.water.check()
     }
 
-    /// Reads the scene of the world; the options replace what it says.
+    /// Reads the scene of the world; the options replace its values.
     ///
     /// # Errors
     /// Fails if the scene file cannot be read or is invalid.
@@ -70,7 +70,7 @@ impl WorldArgs {
     /// Reads the scene like [`WorldArgs::scene`], and returns it with the forest that it has without `--trees`.
     ///
     /// # Errors
-    /// Those of [`WorldArgs::scene`].
+    /// The errors of [`WorldArgs::scene`].
     pub(crate) fn scene_and_forest(&self) -> anyhow::Result<(Scene, Option<Forest>)> {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
         let own_forest = scene.forest.clone();

@@ -41,7 +41,7 @@ pub(crate) const SEEN: [TargetKind; 2] = [
     ),
 ];
 
-/// When the camera comes to rest, the mean so far counts as this many samples of weight 1.
+/// Weight of the mean so far when the camera comes to rest, in samples of weight 1.
 const BEFORE_REST: f32 = 3.0;
 /// The weight of samples at rest rises from one to the next, up to this: the first ones continue the mean of the motion
 /// without a jump, and in the end hardly anything of it is left.
@@ -50,7 +50,7 @@ const MAX_WEIGHT: f32 = 4.0;
 /// Part of a difference between history and the neighbourhood in this frame that is retained on the same surface.
 const KEPT: f32 = 0.85;
 
-/// How a frame uses the previous frames.
+/// A frame's use of the previous frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Plan {
     /// Frame number: even and odd frames alternate between targets.
@@ -61,8 +61,8 @@ pub(crate) struct Plan {
     pub history_px: [u32; 2],
     /// Number of previous frames with the same view of the same world.
     pub frames_at_rest: u32,
-    /// Whether a value of the style has changed since the previous frame. Then its colours count only as far as this
-    /// frame has them around a pixel.
+    /// Whether a value of the style has changed since the previous frame. Then the colours of the previous frame are
+    /// clamped to those that this frame has around a pixel.
     pub is_edited: bool,
 }
 

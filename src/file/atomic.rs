@@ -21,10 +21,10 @@ const ENDING: &str = ".part";
 /// Longest name that is part of the name of its temporary file, in bytes; most file systems allow 255.
 const LONGEST_NAME_BYTES: usize = 200;
 
-/// Who may read a file.
+/// The users who may read a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Readers {
-    /// Those whom the user's `umask` allows.
+    /// All whom the user's `umask` allows.
     #[default]
     Usual,
     /// Only the user: files of the cache.

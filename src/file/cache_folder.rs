@@ -2,8 +2,8 @@
 //! `HACHURE_CACHE`, and may hold files of the user or be shared by several users.
 //!
 //! The own folder has the user's number in its name, is readable by this user alone, and is marked by `CACHEDIR.TAG`,
-//! which also tells backup programs to skip it. A folder that is not marked, belongs to another user, or can be written
-//! by others is not used, because what it holds may be somebody's files, or forged.
+//! which also makes backup programs skip it. A folder that is not marked, belongs to another user, or can be written by
+//! others is not used, because its content may be somebody's files, or forged.
 //!
 //! Why: `docs/decisions/cache-heals.md`.
 
@@ -142,7 +142,7 @@ pub(crate) fn is_file(path: &Path) -> bool {
     path.symlink_metadata().is_ok_and(|found| found.is_file())
 }
 
-/// Returns the bytes of a file of the cache; `None` if it does not exist, is no file, or has more than `max_bytes`.
+/// Returns the bytes of a file of the cache; `None` if it does not exist, is not a file, or has more than `max_bytes`.
 pub(crate) fn read(path: &Path, max_bytes: u64) -> Option<Vec<u8>> {
     is_file(path).then(|| read_bytes(path, max_bytes).ok()).flatten()
 }

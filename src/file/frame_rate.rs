@@ -16,7 +16,7 @@ const LARGEST: f64 = 1000.0;
 pub enum FrameRate {
     /// A number of frames per second.
     Number(f64),
-    /// So many frames in so many seconds.
+    /// A number of frames and the number of seconds in which they are shown.
     Fraction(u32, u32),
 }
 

@@ -144,7 +144,7 @@ fn text(words: &str) -> String {
 /// Largest number of kinds that are counted separately.
 const MOST_KINDS: usize = 64;
 
-/// How many features a file has, by geometry and by their property `kind`.
+/// The number of features of a file, by geometry and by their property `kind`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct Summary {
     pub lines: u64,

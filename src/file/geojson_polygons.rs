@@ -242,7 +242,7 @@ mod tests {
         assert_eq!(Polygons::parse_some(&ring(50), 50).unwrap().places.len(), 50);
         let error = Polygons::parse_some(&ring(51), 50).unwrap_err();
         assert!(error.contains("more than 50 positions"), "{error}");
-        // What is no polygon takes no room, however often there is more of it.
+        // Content other than polygons takes no room, however much of it there is.
         let lines = format!("{{\"type\":\"LineString\",\"coordinates\":[{}[0,0]]}}", "[0,0],".repeat(40));
         let all = format!("{{\"type\":\"GeometryCollection\",\"geometries\":[{lines},{lines},{}]}}", ring(40));
         assert_eq!(Polygons::parse_some(&all, 50).unwrap().places.len(), 40);

@@ -128,8 +128,8 @@ impl GeoTiffWriter {
     }
 }
 
-/// Reads the imprint of a GeoTIFF that hachure drew; `None` if it has none, or is no picture of hachure. What is wrong
-/// with other TIFFs is for their readers to say.
+/// Reads the imprint of a GeoTIFF that hachure drew; `None` if it has none, or is not a picture that hachure drew.
+/// Defects of other TIFFs are reported by their readers.
 ///
 /// # Errors
 /// Fails if the file cannot be read.

@@ -105,7 +105,7 @@ impl Inputs {
     }
 }
 
-/// Returns the identity by which a file is known whatever it is called, if there is such a file.
+/// Returns an identity of a file that does not depend on its name, if the file exists.
 pub(crate) fn identity(path: &Path) -> Option<Identity> {
     identities(path).next()
 }

@@ -1,4 +1,4 @@
-//! The end of the program by somebody else (Ctrl-C, a closed terminal, a scheduler): files that are being written are
+//! The end of the program from outside (Ctrl-C, a closed terminal, a scheduler): files that are being written are
 //! removed, unless the running command stops in its own way.
 
 use std::collections::BTreeSet;
@@ -11,8 +11,8 @@ static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// The action of the running command at the first request to end. The second one ends the program.
 static STOP: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
 
-/// Keeps a temporary file in the list of what is removed if the program is ended. Dropping it takes the file off the
-/// list, and does not remove the file.
+/// Keeps a temporary file in the list of files that are removed if the program is ended. Dropping it takes the file off
+/// the list, and does not remove the file.
 #[derive(Debug)]
 pub(crate) struct Unfinished(PathBuf);
 
@@ -37,7 +37,7 @@ impl Drop for Unfinished {
     }
 }
 
-/// Sets what the running command does at the first request to end, instead of ending at once.
+/// Sets the action of the running command at the first request to end, which then does not end the program at once.
 pub(crate) fn on_first_request(stop: impl Fn() + Send + 'static) {
     *lock(&STOP) = Some(Box::new(stop));
 }

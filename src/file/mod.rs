@@ -90,7 +90,7 @@ pub enum FileError {
         named(path)
     )]
     NotOwn { path: PathBuf },
-    /// A sidecar file of a picture would be replaced, and the picture that is there does not record it.
+    /// A sidecar file of a picture would be replaced, and the existing picture does not record it.
     #[error(
         "{}: this file exists, and {} does not record it as hachure's; move it away, or replace it with --overwrite",
         named(path),

@@ -59,7 +59,7 @@ fn find<'a>(mut inside: &'a [u8], wanted: &[u8; 4]) -> Option<&'a [u8]> {
 }
 
 /// Returns the kind of the box that begins with these bytes, the length of its head, and its whole length, of which
-/// `room` bytes are there. `None` if it is damaged or cut off.
+/// `room` bytes are available. `None` if it is damaged or cut off.
 fn box_head(bytes: &[u8], room: u64) -> Option<([u8; 4], u64, u64)> {
     let short = u32::from_be_bytes(bytes.get(..4)?.try_into().ok()?);
     let kind = bytes.get(4..8)?.try_into().ok()?;

@@ -27,12 +27,12 @@ const POINTS_PER_PX: f64 = 72.0 / 96.0;
 const LONGEST_POINTS: f64 = 14_400.0;
 /// Name of the key that marks the stream of the imprint.
 const IMPRINT: &[u8] = b"HachureImprint";
-/// The same as it is in a file.
+/// The entry with this name in the dictionary of the stream.
 const IMPRINT_TYPE: &[u8] = b"/Type /HachureImprint";
-/// Bytes of a file in which the imprint is looked for at once, and largest distance from its type to its stream.
+/// Bytes of a file that are searched for the imprint at once, and largest distance from its type to its stream.
 const PIECE_BYTES: u64 = 1 << 20;
 const DICTIONARY_BYTES: u64 = 256;
-/// Largest file in which an imprint is looked for.
+/// Largest file that is searched for an imprint.
 const LARGEST_FILE_BYTES: u64 = 1 << 30;
 /// Steps of opacity: a graphics state for each.
 const OPACITY_STEPS: f64 = 1000.0;

@@ -134,7 +134,7 @@ pub(super) fn read_in_background(pipe: Option<impl Read + Send + 'static>) -> Op
     pipe.map(|mut pipe| {
         std::thread::spawn(move || {
             let mut bytes = Vec::new();
-            // What was read before an error is still useful. The rest is read so that the program is not blocked.
+            // Text that was read before an error is still useful. The rest is read so that the program is not blocked.
             let _ = (&mut pipe).take(LARGEST_OUTPUT_BYTES).read_to_end(&mut bytes);
             let _ = io::copy(&mut pipe, &mut io::sink());
             bytes

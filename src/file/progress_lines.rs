@@ -2,7 +2,7 @@
 //!
 //! A program that sets `HACHURE_PROGRESS=lines` reads lines like `progress 0.4200 drawing`; all other lines are messages.
 
-/// The environment variable, and its value that asks for lines.
+/// The environment variable that requests lines, and the value that it must have.
 pub(crate) const VARIABLE: &str = "HACHURE_PROGRESS";
 pub(crate) const LINES: &str = "lines";
 /// The first word of a line.

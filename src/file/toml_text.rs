@@ -50,7 +50,7 @@ pub(crate) struct Misplaced {
 /// errors: `cuts.form_px`, and `cuts[1].form_px` in the second layer of cuts.
 ///
 /// # Errors
-/// As [`read`], and those of `rewrite`.
+/// The errors of [`read`], and those of `rewrite`.
 pub(crate) fn read_rewritten<T: DeserializeOwned>(
     name: &str,
     text: &str,

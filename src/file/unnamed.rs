@@ -43,7 +43,7 @@ pub(crate) fn check(path: &Path, overwrite: bool, is_own: impl FnOnce(&Path) -> 
 pub(crate) fn head(path: &Path, bytes: usize) -> Vec<u8> {
     let mut head = Vec::new();
     if let Ok(file) = open_regular(path) {
-        // What was read before an error is compared all the same, and does not match.
+        // Bytes that were read before an error are compared all the same, and do not match.
         let _ = file.take(bytes as u64).read_to_end(&mut head);
     }
     head
@@ -118,8 +118,8 @@ fn recorded(picture: &Path) -> Vec<String> {
     line.strip_prefix(RECORD).unwrap_or_default().split_whitespace().map(str::to_owned).collect()
 }
 
-/// Checks that the sidecar files of `picture` may be written: each does not exist, has this content already, or is recorded
-/// in the imprint of the picture that is there now.
+/// Checks that the sidecar files of `picture` may be written: each does not exist, has this content already, or is
+/// recorded in the imprint of the existing picture.
 ///
 /// # Errors
 /// Returns [`FileError::NotRecorded`].
@@ -136,8 +136,8 @@ pub(crate) fn check_beside(picture: &Path, files: &[SideFile], overwrite: bool) 
     files.iter().try_for_each(|file| check(&file.path, overwrite, |path| is_own(file, path)).map_err(not_recorded))
 }
 
-/// Returns those of `files` that hachure wrote for the picture that is there now: its imprint records their content.
-/// Links are not among them.
+/// Returns those of `files` that hachure wrote for the existing picture: its imprint records their content. Links are
+/// not among them.
 pub(crate) fn own_beside(picture: &Path, files: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
     let files = files.into_iter().filter(|path| path.symlink_metadata().is_ok_and(|found| found.is_file()));
     let files: Vec<PathBuf> = files.collect();
@@ -172,7 +172,7 @@ mod tests {
         assert!(allowed("mine", false), "nothing is there");
         atomic::write(&at("a.prj"), b"theirs").unwrap();
         assert!(!allowed("mine", false) && allowed("theirs", false) && allowed("mine", true));
-        // The picture records another file than the one that is there.
+        // The picture records another file than the existing one.
         picture(&at("a.png"), &imprint_with("version = 1\n", &file("mine")));
         assert!(!allowed("new", false));
         let own = || own_beside(&at("a.png"), [at("a.prj"), at("a.png"), at("nothing.prj")]);

@@ -18,7 +18,7 @@ use super::{atomic, cache_folder};
 const NAME: &str = "unpacked";
 /// The file that is locked while its folder is used.
 const LOCK: &str = ".lock";
-/// The age from which a folder that nobody locks counts as abandoned.
+/// The age from which a folder that is not locked counts as abandoned.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// The folders that are in use, each with the archive from which its files are.
@@ -75,13 +75,13 @@ fn new_folder(within: &Path) -> io::Result<TempDir> {
     atomic::private_folder(OsStr::new(&format!(".{NAME}.")), within)
 }
 
-/// Removes the folders of unpacked files in `within` that processes left when they were killed: nobody locks them, and
-/// they are older than a day.
+/// Removes the folders of unpacked files in `within` that processes left when they were killed: they are not locked,
+/// and are older than a day.
 pub(crate) fn remove_abandoned(within: &Path) {
     let Ok(entries) = fs::read_dir(within) else { return };
     for entry in entries.flatten() {
         let is_own = atomic::named_in_temporary(&entry.file_name().to_string_lossy()) == Some(NAME);
-        // The metadata is that of a link itself, which is no folder.
+        // The metadata is that of the link itself, which is not a folder.
         let Some(found) = entry.metadata().ok().filter(|found| is_own && found.is_dir()) else { continue };
         let is_old = found.modified().is_ok_and(|time| time.elapsed().is_ok_and(|age| age > ABANDONED_AFTER));
         if is_old && !is_locked(&entry.path().join(LOCK)) {

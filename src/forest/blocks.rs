@@ -181,8 +181,8 @@ impl Sight<'_> {
         block.points(points).partition_point(|point| point.number == 0 || point.rank() < rank)
     }
 
-    /// Returns whether the frustum may see trees of a block within a distance. The parts of the block are asked, down to
-    /// the smallest: a wide block of sparse trees may be seen where none of its parts is.
+    /// Returns whether the frustum may see trees of a block within a distance. The parts of the block are tested, down
+    /// to the smallest: a wide block of sparse trees may be seen where none of its parts is.
     pub(crate) fn sees_within(&self, block: Block, within_m: f64) -> bool {
         let bounds = self.bounds(block);
         let is_seen = bounds.distance_m() < within_m && self.frustum.may_see(&bounds);

@@ -60,7 +60,7 @@ fn seen(level: &Level, frame: [u32; 2]) -> Seen {
     let along = |at: usize| (at as f64 - 0.5).clamp(0.0, px as f64);
     let mut seen = Seen { corners: Vec::new(), depths: [f64::INFINITY, f64::NEG_INFINITY] };
     for y in 0..=px {
-        // What is seen between two rows of centres.
+        // The visible part between two rows of centres.
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for x in 0..=px {
             let four =

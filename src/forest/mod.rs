@@ -7,8 +7,8 @@
 //! world can have any number of trees, and a frame evaluates only the blocks that an eye may see ([`blocks`]): near
 //! blocks with all of their points, farther ones with the few of lowest rank.
 //!
-//! The points are a progressive sample (Yuksel 2015), repeated like the point patterns of Lagae and Dutré 2006. What
-//! repeats is only where trees could be; the land, and numbers that differ from tile to tile, hide the repetition.
+//! The points are a progressive sample (Yuksel 2015), repeated like the point patterns of Lagae and Dutré 2006. Only
+//! the places where trees could be repeat; the land, and numbers that differ from tile to tile, hide the repetition.
 
 pub(crate) mod blocks;
 pub(crate) mod colors;

@@ -63,8 +63,8 @@ pub(crate) struct TreeModel {
     pub clump: Grown,
     /// Triangles of that [`canopy`], with the lightness of the model's crown.
     pub canopy: Vec<TreeCorner>,
-    /// Colours of the materials in linear light, at most 255; `None` if nobody chose a colour. The canopy's index is
-    /// the next one.
+    /// Colours of the materials in linear light, at most 255; `None` if no colour was chosen. The canopy's index is the
+    /// next one.
     pub colors: Vec<Option<[f32; 3]>>,
     /// Shares of the crown's area with each colour; they sum to 1.
     pub crown: Vec<f64>,

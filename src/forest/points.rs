@@ -113,7 +113,7 @@ fn progressive(points: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
     order
 }
 
-/// How crowded a point was when it was last updated, and its index. Points only become less crowded.
+/// The crowding of a point when it was last updated, and its index. Crowding only decreases.
 struct Crowded(f64, usize);
 
 impl PartialEq for Crowded {

@@ -101,7 +101,7 @@ mod tests {
         views.requested.push_back(vec![map(1, 10), map(4, 40), map(5, 50)]);
         views.learn(&words(&[5]));
         assert!(views.is_dry(&[map(1, 10), map(4, 40)]) && views.is_dry(&[map(4, 40)]));
-        // A map with water, one that has been computed anew, and one that is not known.
+        // A map with water, one that has been recomputed, and one that is not known.
         for other in [map(5, 50), map(1, 11), map(2, 10)] {
             assert!(!views.is_dry(&[map(4, 40), other]), "{other:?}");
         }
@@ -110,7 +110,7 @@ mod tests {
         views.learn(&words(&[1]));
         views.learn(&words(&[]));
         assert!(!views.is_dry(&[map(1, 11)]) && views.is_dry(&[map(2, 20)]));
-        // An answer without a request, and one that is too short, teach nothing.
+        // An answer without a request, and one that is too short, change nothing.
         views.learn(&words(&[]));
         views.requested.push_back(vec![map(7, 70)]);
         views.learn(&words(&[])[..3]);

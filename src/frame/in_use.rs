@@ -39,7 +39,7 @@ const PER_SEGMENT: [&str; 12] = [
 /// Lists whose capacity grows with that for samples.
 const PER_SAMPLE: [&str; 4] = ["stroke samples", "stroke matches", "gone samples", "kept places"];
 
-/// How far the lists of a frame are filled.
+/// The number of entries that a frame has filled in its lists.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct InUse {
     /// Number of tiles that the view needs, and of those that only its maps depend on.

@@ -33,7 +33,7 @@ pub(super) struct Seen {
     pub(super) view: Resource,
     /// The view without jitter, for strokes: they compute exactly how much of each pixel they cover.
     pub(super) still_view: Resource,
-    /// Surface ids, or a stand-in of one texel if they are not wanted and all is land.
+    /// Surface ids, or a placeholder of one texel if they are not needed and all is land.
     pub(super) surface_id: Target,
     pub(super) distance: Target,
     pub(super) normal: Target,
@@ -362,8 +362,8 @@ fn finish(
         return;
     };
     let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
-    // Strokes on top are drawn over the mean, because they move on their own. Strokes below other inks are samples, as
-    // those are.
+    // Strokes on top are drawn over the mean, because they move on their own. Strokes below other inks are part of the
+    // sample, as those inks are.
     let is_on_top = matches!(style.layers.last(), Some(Layer::Strokes(_)));
     let (over, inks) = match stroke_ink.filter(|_| is_on_top) {
         Some(ink) => (Some(ink), &inks[..inks.len() - 1]),

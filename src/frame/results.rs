@@ -73,7 +73,7 @@ impl Renderer {
     /// frame drew models. Waits for the GPU.
     ///
     /// # Errors
-    /// Those of [`Renderer::drawn_vertices`].
+    /// The errors of [`Renderer::drawn_vertices`].
     pub(crate) fn drawn_meshes(&self, gpu: &Gpu) -> Result<Option<DrawnMeshCounts>, GpuError> {
         let Some(draws) = self.buffer(&meshes::DRAWS) else { return Ok(None) };
         let draws: Vec<MeshDraws> = crate::gpu::readback::read_buffer(gpu, &draws.raw, 1)?;
@@ -89,7 +89,7 @@ impl Renderer {
     /// recent frame drew rows. Waits for the GPU.
     ///
     /// # Errors
-    /// Those of [`Renderer::drawn_vertices`].
+    /// The errors of [`Renderer::drawn_vertices`].
     pub(crate) fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
         let (Some(drawn), Some(samples)) = (self.buffer(&rows::marks::DRAWN), self.buffer(&rows::marks::MARKS)) else {
             return Ok(None);
@@ -120,7 +120,7 @@ impl Renderer {
         (self.pools.compiles.built_at_once, self.pools.compiles.build_ms)
     }
 
-    /// Returns how often each cache had what frames requested, by its name.
+    /// Returns the hits and misses of each cache, by its name.
     pub(crate) fn cache_counts(&self) -> [(&'static str, CacheCounts); 3] {
         self.pools.cache_counts()
     }
@@ -229,7 +229,7 @@ impl Renderer {
     /// each model at its level of detail. Returns `None` in a world without models.
     ///
     /// # Errors
-    /// Those of [`Renderer::drawn_vertices`].
+    /// The errors of [`Renderer::drawn_vertices`].
     pub(crate) fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
         let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
             return Ok(None);
@@ -240,8 +240,8 @@ impl Renderer {
 
 #[cfg(test)]
 impl Renderer {
-    /// Lets `frames` frames of a style pass that request nothing, so that what the frames before them did not use for long
-    /// is released. `view` is that of the last frame.
+    /// Lets `frames` frames of a style pass without any request, so that resources that earlier frames have not used
+    /// for long are released. `view` is that of the last frame.
     pub(crate) fn pass_frames(&mut self, gpu: &Gpu, view: &crate::scene::view::View, style: &Style, frames: u64) {
         for _ in 0..frames {
             for eye in &mut self.eyes {

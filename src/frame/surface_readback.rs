@@ -31,7 +31,7 @@ impl Renderer {
     /// `None` if the last frame has no picture of the eye.
     ///
     /// # Errors
-    /// Those of [`places`](Self::places).
+    /// The errors of [`places`](Self::places).
     pub fn normals(
         &self,
         gpu: &Gpu,
@@ -52,7 +52,7 @@ impl Renderer {
     /// picture of the eye.
     ///
     /// # Errors
-    /// Those of [`places`](Self::places).
+    /// The errors of [`places`](Self::places).
     pub(crate) fn kinds(
         &self,
         gpu: &Gpu,

@@ -1,10 +1,10 @@
 //! Switches of the style in a window, without waiting: the old style is drawn until all pipelines and cached values of
 //! the new one are available.
 //!
-//! No list says which these are. Instead the frame is prewarmed: its passes run with a recorder that only requests
-//! ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one after a turn, because
-//! strokes run other passes in each. If the prewarming run has not requested something that a frame needs, it is
-//! missing when the frame is recorded; such a frame is not submitted, and the last picture remains.
+//! There is no list of them. Instead the frame is prewarmed: its passes run with a recorder that only requests
+//! pipelines and values ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one
+//! after a turn, because strokes run other passes in each. If the prewarming run has not requested something that a
+//! frame needs, it is missing when the frame is recorded; such a frame is not submitted, and the last picture remains.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
@@ -72,7 +72,7 @@ impl Renderer {
     /// that is needed is ([`Renderer::take_built`]). Values are not made: they would be released before they are used.
     ///
     /// # Errors
-    /// Those of [`Renderer::render`].
+    /// The errors of [`Renderer::render`].
     pub(crate) fn request_spares(
         &mut self,
         gpu: &Gpu,
@@ -151,7 +151,7 @@ impl Renderer {
     /// available, otherwise with the previous style.
     ///
     /// # Errors
-    /// Those of [`Renderer::render`].
+    /// The errors of [`Renderer::render`].
     pub(super) fn render_without_waiting(
         &mut self,
         gpu: &Gpu,
@@ -215,7 +215,7 @@ impl Renderer {
     /// pass would compile its own pipeline while the other passes wait.
     ///
     /// # Errors
-    /// Those of [`Renderer::render`].
+    /// The errors of [`Renderer::render`].
     pub(super) fn build_together(
         &mut self,
         gpu: &Gpu,

@@ -23,7 +23,7 @@ pub struct Arena {
 struct Chunk {
     buffer: wgpu::Buffer,
     content: Vec<u8>,
-    /// How many bytes of `content` have been uploaded.
+    /// Number of bytes of `content` that have been uploaded.
     uploaded_bytes: usize,
 }
 

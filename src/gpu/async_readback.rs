@@ -159,7 +159,7 @@ impl AsyncReadback {
         };
         let (buffer, _) = self.open.pop_front()?;
         if !mapped {
-            // The device is lost; whatever draws next reports that.
+            // The device is lost; the next draw reports that.
             return None;
         }
         let bytes = buffer.get_mapped_range(..).ok().map(|bytes| bytes.to_vec());

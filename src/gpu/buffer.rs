@@ -24,7 +24,7 @@ pub struct Buffer {
     pub name: &'static str,
     /// The whole buffer.
     pub raw: wgpu::Buffer,
-    /// Where the part begins, in bytes.
+    /// Offset of the part, in bytes.
     pub offset: u64,
     /// Size of the part in bytes; `None` means up to the end of the buffer.
     pub size: Option<NonZeroU64>,
@@ -91,9 +91,9 @@ struct Shelf {
     measured_since: u64,
     /// Whether `scratch` is larger than all that has been requested for a while: the next request replaces it.
     is_too_large: bool,
-    /// One for each upload of a frame.
+    /// A buffer for each upload of a frame.
     uploads: Vec<Upload>,
-    /// How many of `uploads` the current frame has used.
+    /// Number of `uploads` that the current frame has used.
     uploads_used: usize,
     /// The last frame that requested the kind.
     used_in: u64,
@@ -123,7 +123,7 @@ impl Buffers {
         let shelf = self.shelf(kind);
         shelf.largest_bytes = shelf.largest_bytes.max(bytes);
         let is_large_enough = shelf.scratch.as_ref().is_some_and(|buffer| buffer.raw.size() >= bytes);
-        // Also of a buffer that grows: the next request must find the one of this request.
+        // The mark is also taken from a buffer that grows: the next request must find the buffer of this request.
         let is_too_large = std::mem::take(&mut shelf.is_too_large);
         let is_hit = is_large_enough && !is_too_large;
         let replaces = !is_hit && shelf.scratch.is_some();

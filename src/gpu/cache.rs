@@ -32,7 +32,7 @@ impl Cache {
     /// Returns the value of type `T` that `find` accepts, or makes it.
     ///
     /// # Errors
-    /// Those of `make`.
+    /// The errors of `make`.
     pub(crate) fn get<T: Send + Sync + 'static, E>(
         &self,
         find: impl Fn(&T) -> bool,

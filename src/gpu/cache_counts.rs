@@ -1,11 +1,11 @@
-//! Counts how often the caches of a renderer had what a frame requested.
+//! Counts how often a frame found a requested value in the caches of a renderer.
 
 /// Hits and misses of one cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CacheCounts {
-    /// Requests that found what they wanted.
+    /// Requests that found the value in the cache.
     pub hits: u64,
-    /// Requests after which it had to be made.
+    /// Requests after which the value had to be made.
     pub misses: u64,
 }
 

@@ -118,7 +118,7 @@ impl Gpu {
     /// [`wgpu::Limits::default`], work that succeeds on it succeeds on every WebGPU device.
     ///
     /// # Errors
-    /// Those of [`Gpu::open`]; [`GpuError::NoDevice`] also if the adapter has lower limits.
+    /// The errors of [`Gpu::open`]; [`GpuError::NoDevice`] also if the adapter has lower limits.
     #[cfg(test)]
     pub(crate) fn open_within(wish: &AdapterWish, limits: wgpu::Limits) -> Result<Self, GpuError> {
         let mut descriptor = instance_descriptor();
@@ -131,7 +131,7 @@ impl Gpu {
     /// Opens a device that can present to `surface`.
     ///
     /// # Errors
-    /// Those of [`Gpu::open`].
+    /// The errors of [`Gpu::open`].
     pub fn open_with(
         instance: wgpu::Instance,
         wish: &AdapterWish,
@@ -221,8 +221,8 @@ impl Gpu {
         &self.cache
     }
 
-    /// Returns the same device with pipelines and a cache of its own: what a job in the background holds, since the
-    /// pipelines and the cache own the threads on which such jobs run.
+    /// Returns the same device with pipelines and a cache of its own, for a job in the background: the original
+    /// pipelines and cache own the threads on which such jobs run.
     pub(super) fn for_background(&self) -> Self {
         Self { pipelines: Arc::default(), cache: Arc::default(), ..self.clone() }
     }

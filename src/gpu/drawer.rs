@@ -37,13 +37,14 @@ impl<'a> Drawer<'a> {
         self.pass.draw_indexed(indices, base_vertex, instances);
     }
 
-    /// Draws as many vertices as a buffer says. See [`wgpu::RenderPass::draw_indirect`].
+    /// Draws the number of vertices that is stored in a buffer. See [`wgpu::RenderPass::draw_indirect`].
     pub fn draw_indirect(&mut self, arguments: &wgpu::Buffer, offset: u64) {
         self.draws += 1;
         self.pass.draw_indirect(arguments, offset);
     }
 
-    /// Draws as many indexed vertices as a buffer says. See [`wgpu::RenderPass::draw_indexed_indirect`].
+    /// Draws the number of indexed vertices that is stored in a buffer. See
+    /// [`wgpu::RenderPass::draw_indexed_indirect`].
     pub fn draw_indexed_indirect(&mut self, arguments: &wgpu::Buffer, offset: u64) {
         self.draws += 1;
         self.pass.draw_indexed_indirect(arguments, offset);

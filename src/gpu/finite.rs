@@ -2,8 +2,8 @@
 //! ([`Submits::Checked`](super::recorder::Submits)).
 //!
 //! Pictures and buffers of a frame have finite numbers only: none of them uses infinity or NaN as a sign for something.
-//! What a pass wrote is searched before the next pass runs, so the first number that is found names the pass that made
-//! it, not one that read it.
+//! The output of a pass is searched before the next pass runs, so the first number that is found comes from the pass
+//! that produced it, not from one that read it.
 //!
 //! Why: `docs/decisions/finite-numbers.md`.
 
@@ -23,13 +23,13 @@ pub struct NonFinite {
     /// Name of the picture or buffer.
     pub target: &'static str,
     pub place: Place,
-    /// The number.
+    /// The number itself: NaN, or an infinity.
     pub value: f32,
-    /// How many numbers of the layer, or of the searched part of the buffer, are not finite.
+    /// Number of values of the layer, or of the searched part of the buffer, that are not finite.
     pub count: usize,
 }
 
-/// Where a number is.
+/// The place of a number in a picture or buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// In a picture.
@@ -80,7 +80,7 @@ impl WrittenFloats {
     }
 }
 
-/// Returns the first float among words that is not finite, with its index, and how many there are.
+/// Returns the first float among words that is not finite, with its index, and the number of all such floats.
 fn search_words(words: &[u32], floats: &FloatWords) -> Option<(usize, f32, usize)> {
     let value = |word: &u32| f32::from_bits(*word);
     let mut wrong = words.iter().enumerate().filter(|(i, word)| !value(word).is_finite() && floats.is_float(*i));
@@ -116,7 +116,7 @@ struct Floats {
     channels: usize,
     /// Bytes of a channel.
     bytes: usize,
-    /// Which channels are floats, as a mask.
+    /// Mask of the channels that are floats.
     mask: u32,
 }
 
@@ -138,7 +138,7 @@ impl Floats {
         (mask != 0).then_some(Self { channels, bytes, mask })
     }
 
-    /// Returns the first number that is not finite, as texel, channel and value, and how many there are.
+    /// Returns the first number that is not finite, as texel, channel and value, and the number of all such numbers.
     fn search(self, texels: &[u8]) -> Option<(usize, usize, f32, usize)> {
         let (mut first, mut count) = (None, 0);
         for (i, number) in texels.chunks_exact(self.bytes).enumerate() {

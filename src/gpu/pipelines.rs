@@ -1,7 +1,7 @@
 //! The pipelines of a device. Each is compiled once, at its first use, and serves every renderer of the device.
 //!
 //! A renderer that must not wait lets other threads compile ([`Builds::InBackground`]) and goes without the pipeline
-//! meanwhile. Where shaders are read from files that somebody edits, a pipeline whose text has changed is compiled
+//! meanwhile. Where shaders are read from files that are being edited, a pipeline whose text has changed is compiled
 //! again; the old pipeline stays in use until the new one has been compiled and bound without an error.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
@@ -37,7 +37,7 @@ impl From<&'static str> for Compute {
     }
 }
 
-/// Returns the symbols that a variant defines, of those that its shader tests, as [`Compute`] and [`Draw`] hold them.
+/// Returns those of a shader's symbols that a variant defines, in the form that [`Compute`] and [`Draw`] hold.
 ///
 /// Each combination is stored once for the life of the program; a shader has few of them.
 pub(crate) fn defined<const SYMBOLS: usize>(symbols: [(&'static str, bool); SYMBOLS]) -> &'static [&'static str] {
@@ -104,7 +104,7 @@ pub(crate) const fn greatest(format: wgpu::TextureFormat) -> Option<wgpu::ColorT
     Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
 }
 
-/// Who compiles a pipeline that is requested for the first time.
+/// Which thread compiles a pipeline that is requested for the first time, and when.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Builds {
     /// The thread that requests it, which waits.
@@ -112,10 +112,10 @@ pub enum Builds {
     AtOnce,
     /// Another thread. The renderer goes without the pipeline until it is compiled.
     InBackground,
-    /// Nobody yet: requests are collected for [`Pipelines::build_collected`]. For prewarming runs only.
+    /// None yet: requests are collected for [`Pipelines::build_collected`]. For prewarming runs only.
     Collected,
-    /// Another thread, some time: requests are collected for [`Pipelines::keep_spares`]. For prewarming runs only, which
-    /// go without the values that are not cached.
+    /// Another thread, when it has nothing else to compile: requests are collected for [`Pipelines::keep_spares`]. For
+    /// prewarming runs only, which go without the values that are not cached.
     Spare,
 }
 
@@ -124,11 +124,11 @@ pub enum Builds {
 pub struct Compiles {
     /// Whether pipelines are compiled at once or in the background.
     pub builds: Builds,
-    /// How many pipelines have been compiled so far while the renderer waited.
+    /// Number of pipelines that have been compiled so far while the renderer waited.
     pub built_at_once: u64,
     /// Time to compile them in milliseconds, summed over all threads.
     pub build_ms: f64,
-    /// How often a pipeline was compiled when it was requested.
+    /// Requests for a pipeline that was compiled already, and for one that was not.
     pub counts: CacheCounts,
 }
 
@@ -314,7 +314,7 @@ impl Pipelines {
                 compiles.built_at_once += 1;
                 drop(state);
                 let begun = Instant::now();
-                // If the parser panics on an edited text, whoever waits for this pipeline must not wait for ever.
+                // If the parser panics on an edited text, threads that wait for this pipeline must not wait forever.
                 let mut outcome = Outcome { pipelines: self, key, number, built: None };
                 let on = On { device: &gpu.device, texts: &texts, stored: gpu.stored_pipelines() };
                 outcome.built = Some(build(&on, key, number));

@@ -32,7 +32,7 @@ impl Pools {
         }
     }
 
-    /// Returns how often each cache had what frames requested, by its name.
+    /// Returns the hits and misses of each cache, by its name.
     pub(crate) fn cache_counts(&self) -> [(&'static str, CacheCounts); 3] {
         [("pipelines", self.compiles.counts), ("bind_groups", self.groups.counts()), ("buffers", self.buffers.counts())]
     }

@@ -20,7 +20,7 @@ pub(crate) fn aspect(texture: &wgpu::Texture) -> wgpu::TextureAspect {
 /// Reads a window of one layer of a texture, from its first mip level. The result is like that of [`read`].
 ///
 /// # Errors
-/// Those of [`read`].
+/// The errors of [`read`].
 pub(crate) fn read_layer(
     gpu: &Gpu,
     texture: &wgpu::Texture,
@@ -72,7 +72,7 @@ pub(crate) fn read_layer(
 /// Reads the first `count` elements of type `T` of a buffer.
 ///
 /// # Errors
-/// Those of [`read`].
+/// The errors of [`read`].
 pub(crate) fn read_buffer<T: bytemuck::Pod>(
     gpu: &Gpu,
     source: &wgpu::Buffer,
@@ -113,7 +113,7 @@ fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
 /// Reads a window of `target` like [`read`], and returns the bytes as elements of type `T`.
 ///
 /// # Errors
-/// Those of [`read`].
+/// The errors of [`read`].
 pub(crate) fn read_as<T: bytemuck::Pod>(
     gpu: &Gpu,
     target: &Target,

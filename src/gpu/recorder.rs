@@ -3,11 +3,11 @@
 //! A pass is a function of a [`Recorder`] and its inputs, and owns nothing, so the same pass can be recorded for many
 //! eyes and styles in one submit.
 //!
-//! A frame is one submit, or several if a pass requests it ([`Recorder::submit_so_far`]). Dispatches that follow each
-//! other are recorded into one compute pass of wgpu, so that wgpu places only the barriers that they need. To measure
-//! pass times, each of them is a compute pass of its own with timestamps around it, and on a software driver a submit
-//! of its own ([`Submits::Timed`], [`timer`](super::timer)). Nothing is submitted before the whole frame is recorded; a
-//! frame that lacks a pipeline is not submitted at all.
+//! A frame is one submit, or several if a pass requests it ([`Recorder::submit_so_far`]). Consecutive dispatches are
+//! recorded into one compute pass of wgpu, so that wgpu places only the barriers that they need. To measure pass times,
+//! each of them is a compute pass of its own with timestamps around it, and on a software driver a submit of its own
+//! ([`Submits::Timed`], [`timer`](super::timer)). Nothing is submitted before the whole frame is recorded; a frame that
+//! lacks a pipeline is not submitted at all.
 //!
 //! A prewarming run ([`Recorder::prewarm`]) records nothing. It only requests the pipelines and cached values that a
 //! frame would need.
@@ -110,7 +110,7 @@ impl Drawing {
     }
 }
 
-/// Which attachments of a render pass are cleared to zero.
+/// The attachments of a render pass that are cleared to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clears {
     Nothing,
@@ -127,7 +127,7 @@ pub struct Attachments<'a> {
     pub colors: &'a [&'a Target],
     /// The depth target, of the same size. Depth is reversed: a greater value is nearer.
     pub depth: Option<&'a Target>,
-    /// Which of them are cleared first.
+    /// The targets that are cleared first.
     pub clears: Clears,
 }
 
@@ -182,7 +182,7 @@ impl<'a> Recorder<'a> {
     /// has not been requested for a while is released.
     ///
     /// # Errors
-    /// Those of `make`.
+    /// The errors of `make`.
     pub fn cached<T: Send + Sync + 'static, E>(
         &mut self,
         find: impl Fn(&T) -> bool,
@@ -223,9 +223,9 @@ impl<'a> Recorder<'a> {
         self.dispatch(shader.into(), resources, Work::Dispatch, run);
     }
 
-    /// Runs a shader with as many workgroups in x, y and z as the three numbers at byte `offset` of `arguments` say.
-    /// `arguments` must not be among the resources: wgpu forbids a buffer to be indirect arguments and a writable binding
-    /// in one dispatch, and reports a validation error (`Gpu::check`).
+    /// Runs a shader with the numbers of workgroups in x, y and z that are stored at byte `offset` of `arguments`.
+    /// `arguments` must not be among the resources: wgpu forbids a buffer to be indirect arguments and a writable
+    /// binding in one dispatch, and reports a validation error (`Gpu::check`).
     pub fn indirect(&mut self, shader: impl Into<Compute>, arguments: &Buffer, offset: u64, resources: &[Named]) {
         let offset = arguments.offset + offset;
         let run = |pass: &mut wgpu::ComputePass<'_>| pass.dispatch_workgroups_indirect(&arguments.raw, offset);

@@ -21,13 +21,13 @@ const SUMS: BufferKind = BufferKind::storage("scan sums");
 /// The number of values of a scan.
 #[derive(Clone, Copy)]
 pub(crate) enum Count<'a> {
-    /// The CPU knows it.
+    /// A number that the CPU knows.
     Of(u32),
-    /// The GPU has computed it.
+    /// A number that the GPU has computed.
     Counted {
-        /// A buffer of u32 that contains it.
+        /// A buffer of u32 that contains the number.
         numbers: &'a Buffer,
-        /// Its index in `numbers`.
+        /// Index of the number in `numbers`.
         index: u32,
         /// Largest number of values; a greater number is clamped to it and to [`MAX_VALUES`].
         capacity: u32,
@@ -81,7 +81,7 @@ pub(crate) enum Groups<'a> {
 const ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
 impl<'a> Groups<'a> {
-    /// Returns the product of the numbers of workgroups, which the GPU knows as the number that follows them.
+    /// Returns the product of the numbers of workgroups, which on the GPU is the number stored after them.
     fn count(&self) -> Count<'a> {
         match *self {
             Self::Of([x, y]) => Count::Of(x * y),
@@ -109,7 +109,7 @@ pub(crate) struct Ordered<'a> {
     pub first_stage_shader: Option<Compute>,
     /// Number of workgroups of both stages.
     pub groups: Groups<'a>,
-    /// How many u32 each workgroup may store between the stages.
+    /// Number of u32 that each workgroup may store between the stages.
     pub words_per_group: u64,
 }
 

@@ -115,7 +115,7 @@ pub(crate) fn compose(name: &str) -> Result<naga::Module, ShaderError> {
 /// Composes a shader like [`compose`], with `definitions` for `#ifdef`.
 ///
 /// # Errors
-/// Those of [`compose`].
+/// The errors of [`compose`].
 #[cfg(test)]
 pub(crate) fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     compose_of(&Texts::of_environment(), name, definitions)
@@ -124,7 +124,7 @@ pub(crate) fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::
 /// Composes a shader like [`compose_variant`], from the given texts.
 ///
 /// # Errors
-/// Those of [`compose`].
+/// The errors of [`compose`].
 pub(crate) fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     let (_, embedded) = SHADERS
         .iter()
@@ -210,7 +210,7 @@ impl Shader {
     /// are at most those of its triangles, so the GPU may test those first.
     ///
     /// # Errors
-    /// Those of [`Shader::new`].
+    /// The errors of [`Shader::new`].
     pub(crate) fn with_early_depth(
         device: &wgpu::Device,
         texts: &Texts,

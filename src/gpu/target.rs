@@ -81,7 +81,7 @@ impl Group {
         }
     }
 
-    /// Returns what a picture of this group shows.
+    /// Describes the content of a picture of this group.
     pub(crate) const fn shows(self, sentence: &'static str) -> Content {
         Content { group: self, sentence, float_words: 0 }
     }
@@ -250,10 +250,10 @@ impl Targets {
         target.clone()
     }
 
-    /// Returns the size of the texture for a picture of `size_px`: that of a texture that is there and not much too large,
-    /// or else one with room for the picture that whole pictures of the largest size have.
+    /// Returns the size of the texture for a picture of `size_px`: that of an existing texture that is not much too
+    /// large, or else one with the proportionate room of whole pictures of the largest size.
     fn texture_px(&self, kind: &TargetKind, number: usize, size_px: [u32; 2]) -> [u32; 2] {
-        // A picture of one texel stands for one that the style lacks.
+        // A picture of one texel is a placeholder for one that the style lacks.
         let Some(room_px) = self.room_px.filter(|_| size_px != [1, 1]) else { return size_px };
         if size_px == self.size_px {
             return room_px;

@@ -22,7 +22,8 @@ impl Texts {
         Self::of(std::env::var_os("HACHURE_SHADERS").map(PathBuf::from))
     }
 
-    /// Reads shaders from `folder`. Those that it lacks are embedded, and without a folder all are.
+    /// Reads shaders from `folder`. For shaders that it lacks, and for all of them without a folder, the embedded texts
+    /// are used.
     pub(crate) fn of(folder: Option<PathBuf>) -> Self {
         Self { folder: folder.map(Arc::from) }
     }

@@ -22,7 +22,7 @@ pub(crate) const FRAME: &str = "frame";
 
 /// Largest number of frames whose times have not been taken.
 const MOST_PENDING: usize = 8;
-/// Where the time of a whole frame begins and ends.
+/// The points at which the time of a whole frame begins and ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Mark {
     Begin,

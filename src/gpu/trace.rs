@@ -4,7 +4,7 @@
 //! Terms, here and in the reports of `bench`:
 //!
 //! - A **pass** is a named shader (`lines/lsa`) with all its runs in a frame. A *run* is one dispatch, or one render pass.
-//! - A **wgpu pass** is a compute pass or a render pass of the API. Dispatches that follow each other share one.
+//! - A **wgpu pass** is a compute pass or a render pass of the API. Consecutive dispatches share one.
 //! - **Bytes** are the sizes of what passes declare to read and write ([`PassBytes`]).
 //! - **Memory** is what the pictures and buffers that passes bind occupy on the GPU, with the maps of tiles that the style
 //!   requires ([`Renderer::drawing_bytes`](crate::frame::Renderer::drawing_bytes)).
@@ -126,7 +126,7 @@ impl PassBytes {
 /// The work of a frame on the GPU, when its passes are not timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FrameCounts {
-    /// Compute and render passes of wgpu. Dispatches that follow each other share one.
+    /// Compute and render passes of wgpu. Consecutive dispatches share one.
     pub wgpu_passes: u32,
     /// Compute dispatches, with a number of workgroups from the CPU or from the GPU.
     pub dispatches: u32,
@@ -135,7 +135,7 @@ pub(crate) struct FrameCounts {
     /// Copies between buffers, and clears of buffers.
     pub copies: u32,
     /// How often a dispatch, a render pass or a copy has to wait for earlier ones, because it reads or writes what they
-    /// wrote, or writes what they read. What a shader may write counts as written.
+    /// wrote, or writes what they read. Everything that a shader may write counts as written.
     pub barriers: u32,
 }
 

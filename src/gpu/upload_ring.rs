@@ -17,7 +17,7 @@ const BUFFER_S: f64 = 0.03;
 
 /// A ring of up to four staging buffers of 8 MiB.
 pub(crate) struct UploadRing {
-    /// How many buffers exist.
+    /// Number of existing buffers.
     made: usize,
     /// Mapped buffers, ready to be written.
     ready: Vec<wgpu::Buffer>,

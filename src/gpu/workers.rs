@@ -17,7 +17,7 @@ pub(crate) struct Workers<T> {
     done: Receiver<Option<T>>,
     threads: Vec<JoinHandle<()>>,
     is_over: Arc<AtomicBool>,
-    /// How many jobs have been queued whose results have not been taken.
+    /// Number of queued jobs whose results have not been taken.
     open: usize,
 }
 

@@ -61,7 +61,7 @@ impl FlightAction {
         }
     }
 
-    /// Returns what the action does, for the panel.
+    /// Returns the description of the action, for the panel.
     pub(super) fn does(self) -> &'static str {
         match self {
             Self::Fly | Self::Ahead => "Fly where you look",
@@ -90,7 +90,8 @@ pub(super) struct Controller {
 }
 
 impl Controller {
-    /// Returns the controller with an interaction profile. If it is not known, or not yet, the most common one.
+    /// Returns the controller with an interaction profile. An unknown profile, or `None`, gives the most common
+    /// controller.
     pub(super) fn of(profile: Option<&str>) -> &'static Self {
         CONTROLLERS.iter().find(|known| Some(known.profile) == profile).unwrap_or(&CONTROLLERS[0])
     }
@@ -100,7 +101,7 @@ impl Controller {
         self.controls.iter().any(|(action, ..)| action.is_stick())
     }
 
-    /// Returns the controls with what they do.
+    /// Returns the controls with their actions.
     pub(super) fn rows(&self) -> Vec<[String; 2]> {
         self.controls.iter().map(|(action, _, name)| [(*name).to_owned(), action.does().to_owned()]).collect()
     }

@@ -1,4 +1,4 @@
-//! A flight in a headset: what is done in each frame.
+//! A flight in a headset: the work of each frame.
 
 mod with_panel;
 
@@ -309,7 +309,7 @@ impl Flight {
         let Prepared { tiles, prepare_ms, .. } = prepared;
         self.tiles = [tiles.wanted.saturating_sub(tiles.pending), tiles.wanted];
         if !self.renderer.drew() {
-            // The images still show the previous pictures, with their views: the runtime reprojects them to the present
+            // The images still show the previous pictures, with their views: the runtime reprojects them to the current
             // pose of the head.
             return Ok(self.shown);
         }

@@ -13,7 +13,7 @@ use super::travel::HandInput;
 
 /// Deflection of a stick that counts as a push.
 const PUSH: f64 = 0.5;
-/// Interval at which the runtime is asked which controllers are in use.
+/// Interval at which the runtime is queried for the controllers in use.
 const ASK: Duration = Duration::from_secs(1);
 
 /// The OpenXR actions of both hands.
@@ -74,8 +74,8 @@ impl Hands {
         instance.suggest_interaction_profile_bindings(instance.string_to_path(controller.profile)?, &bindings)
     }
 
-    /// Returns the controller in use, or the most common one if the runtime does not say. The runtime is asked once in a
-    /// while.
+    /// Returns the controller in use, or the most common one if the runtime does not say. The runtime is queried once
+    /// in a while.
     ///
     /// # Errors
     /// Returns the error of the runtime.
@@ -99,7 +99,7 @@ impl Hands {
         Ok(self.controller)
     }
 
-    /// Returns the present input for the flight and for the panel. `step_s` is the time since the last call. A session
+    /// Returns the current input for the flight and for the panel. `step_s` is the time since the last call. A session
     /// without focus receives none.
     ///
     /// # Errors

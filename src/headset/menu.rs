@@ -10,7 +10,7 @@ use super::panel::{Body, Page, Slider};
 use super::styles::Styles;
 use crate::style::controls::{Control, END};
 
-/// How long a button with two meanings is held for the second one.
+/// Time for which a button with two meanings must be held for the second one.
 const LONG_S: f64 = 0.4;
 /// Deflection of a stick that selects.
 const DEFLECTION: f64 = 0.6;
@@ -18,7 +18,7 @@ const DEFLECTION: f64 = 0.6;
 const REST: f64 = 0.3;
 /// Time until a stick that stays deflected selects again, and from then on.
 const REPEATS_S: [f64; 2] = [0.4, 0.12];
-/// How far a push moves a control of the style.
+/// Step by which a push moves a control of the style.
 const STEP: i8 = 10;
 
 /// Input of the hands for the panel.
@@ -43,7 +43,7 @@ pub(super) struct MenuInput {
 pub(super) enum MenuAction {
     /// Draws in another style.
     Style(String),
-    /// Moves a control of the present style.
+    /// Moves a control of the current style.
     Move(Control, i8),
     /// The last movement is over.
     Release,
@@ -63,7 +63,7 @@ pub(super) struct Menu {
 #[derive(Clone, Debug, PartialEq)]
 enum Open {
     Nothing,
-    /// The controls of the flight. At the start the page also says what is being done.
+    /// The controls of the flight. At the start the page also shows the current work.
     Help,
     /// The selected column and row.
     Styles(usize, usize),
@@ -82,7 +82,7 @@ impl Menu {
         self.open != Open::Nothing
     }
 
-    /// Returns whether the hands serve the panel, so that the flight must not follow them.
+    /// Returns whether the controllers operate the panel, so that the flight must ignore them.
     pub(super) fn has_hands(&self) -> bool {
         matches!(self.open, Open::Styles(..) | Open::Adjust(_)) || self.sticks_are_spent
     }
@@ -95,8 +95,8 @@ impl Menu {
         (self.is_cancelled, self.sticks_are_spent) = (true, true);
     }
 
-    /// Advances by `step_s`. Returns what is to be done, and whether the panel was opened and must be put in front of
-    /// the eyes.
+    /// Advances by `step_s`. Returns the actions to carry out, and whether the panel was opened and must be put in
+    /// front of the eyes.
     pub(super) fn advance(&mut self, input: &MenuInput, step_s: f64, styles: &Styles) -> (Vec<MenuAction>, bool) {
         let before = std::mem::discriminant(&self.open);
         let was_open = self.is_open();
@@ -162,7 +162,7 @@ impl Menu {
         }
     }
 
-    /// Returns the page that the panel shows. `doing` is what is being done, with a number from 0 to 1 if it has one.
+    /// Returns the page that the panel shows. `doing` is the current work, with its progress from 0 to 1 if known.
     pub(super) fn page(
         &self,
         styles: &Styles,
@@ -219,9 +219,9 @@ pub(super) enum Push {
     Down,
     Left,
     Right,
-    /// On, and from the last choice to the first one.
+    /// To the next choice, and from the last one to the first.
     Next,
-    /// To the right, and from the end to the beginning.
+    /// To the right, and from the end of a row to its beginning.
     Around,
 }
 
@@ -260,8 +260,8 @@ pub(super) struct LongPress {
 }
 
 impl LongPress {
-    /// Returns whether a short press ended in this frame, whether the button has been held for long, and whether this
-    /// is so since this frame.
+    /// Returns whether a short press ended in this frame, whether the button has been held for long, and whether that
+    /// became true in this frame.
     pub(super) fn advance(&mut self, is_down: bool, step_s: f64) -> (bool, bool, bool) {
         let before_s = self.held_s;
         let is_long = |held_s: Option<f64>| held_s.is_some_and(|held_s| held_s >= LONG_S);

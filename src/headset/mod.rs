@@ -68,7 +68,7 @@ pub(crate) struct HeadsetOptions {
     pub antialias: Antialias,
     /// Allowed error of the land, in pixels.
     pub lod_error_px: f64,
-    /// How exactly the style is drawn.
+    /// The exactness with which the style is drawn.
     pub quality: Quality,
     /// Measured settings of styles, for [`HeadsetOptions::quality`], in place of those of presets.
     pub fronts: Vec<Front>,

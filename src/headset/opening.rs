@@ -71,7 +71,7 @@ impl Opening {
         }
     }
 
-    /// Returns what is being done, and how much of it is done.
+    /// Returns the current work and its progress.
     pub(super) fn doing(&self) -> (String, Option<f32>) {
         let (what, done) = self.report.what.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if what.is_empty() {

@@ -11,7 +11,7 @@ use super::swapchains::SwapchainImages;
 use crate::gpu::Gpu;
 use crate::gpu::target::{Group, Target, TargetKind};
 
-/// How far the middle of the panel is below the eyes: people look slightly down.
+/// Height of the eyes above the middle of the panel: people look slightly down.
 const BELOW_EYES_M: f64 = 0.15;
 const PANEL: TargetKind = TargetKind {
     name: "panel of the headset",

@@ -172,7 +172,7 @@ impl Headset {
         [self.eyes[0].size_px(), self.eyes[1].size_px()]
     }
 
-    /// Returns what the session allows the program to do.
+    /// Returns the phase of the session, which limits what the program may do.
     pub fn phase(&self) -> SessionPhase {
         self.phase
     }
@@ -182,13 +182,13 @@ impl Headset {
         self.state == xr::SessionState::FOCUSED
     }
 
-    /// Returns how much less of the GPU the runtime wants to be used (`XR_EXT_performance_settings`): the worst of its
-    /// last notices.
+    /// Returns the runtime's request to use less of the GPU (`XR_EXT_performance_settings`): the worst of its last
+    /// notices.
     pub(crate) fn pressure(&self) -> Pressure {
         self.notices.iter().map(|(_, pressure)| *pressure).max().unwrap_or_default()
     }
 
-    /// Returns how many notices said that the GPU is, or soon will be, too slow.
+    /// Returns the number of notices that the GPU is, or soon will be, too slow.
     pub fn slow_notices(&self) -> u64 {
         self.slow_notices
     }

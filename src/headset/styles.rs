@@ -66,10 +66,10 @@ impl Styles {
         self.now.control(control)
     }
 
-    /// Draws in another style. Edits of the present one stay until the program ends, and are kept for the window.
+    /// Draws in another style. Edits of the current one stay until the program ends, and are kept for the window.
     ///
     /// # Errors
-    /// [`StyleError`] if the style is invalid; then the present one stays.
+    /// [`StyleError`] if the style is invalid; then the current one stays.
     pub(super) fn choose(&mut self, name: &str) -> Result<(), StyleError> {
         if name == self.now.name() {
             return Ok(());
@@ -89,7 +89,7 @@ impl Styles {
     /// Draws in the next style: presets in their order, and then the own style.
     ///
     /// # Errors
-    /// As for [`Styles::choose`].
+    /// The errors of [`Styles::choose`].
     pub(super) fn choose_next(&mut self) -> Result<(), StyleError> {
         let mut names: Vec<&str> = style::names();
         names.extend(self.own.as_deref());
@@ -133,7 +133,7 @@ impl Styles {
         self.columns.get(column)?.get(row).map(String::as_str)
     }
 
-    /// Returns the place of the present style in the list: column and row.
+    /// Returns the place of the current style in the list: column and row.
     pub(super) fn place(&self) -> (usize, usize) {
         let place = |column: usize| self.columns[column].iter().position(|name| name == self.now.name());
         place(0).map(|row| (0, row)).or_else(|| place(1).map(|row| (1, row))).unwrap_or((1, 0))

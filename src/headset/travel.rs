@@ -73,7 +73,7 @@ impl Traveller {
         Self { stage: start, start, velocity_m_s: DVec3::ZERO, turn_stick_is_spent: false, vignette: 0.0 }
     }
 
-    /// Returns the present placement of the room.
+    /// Returns the current placement of the room.
     pub(crate) fn stage(&self) -> &Stage {
         &self.stage
     }

@@ -13,7 +13,7 @@ use crate::tiles::grid_projection::GridProjection;
 const MAX_POINTS: u64 = 1 << 26;
 /// Side of the blocks in which heights are read, so that each block needs few tiles.
 const BLOCK: usize = 128;
-/// How far beyond the border of the land a point may be, in samples.
+/// Largest distance of a point beyond the border of the land, in samples.
 const BORDER_SAMPLES: f64 = 1e-3;
 /// Points of the lattice from sample to sample of the DEM, along each axis, if there are not too many.
 const FINER: f64 = 2.0;
@@ -91,7 +91,7 @@ impl Lattice {
             .flat_map(|row| (0..size[0]).step_by(BLOCK).map(move |column| (column, row)))
             .collect();
         let read = |&(column, row): &(usize, usize)| {
-            // A cache of its own, so that blocks do not wait for each other.
+            // Each block has a cache of its own, so that blocks do not wait for each other.
             let ground = Ground::new(Arc::clone(store));
             let [columns, rows] = [BLOCK.min(size[0] - column), BLOCK.min(size[1] - row)];
             let mut heights_m = Vec::with_capacity(columns * rows);

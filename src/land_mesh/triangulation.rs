@@ -14,7 +14,7 @@ use super::lattice::Lattice;
 /// Largest number of triangles.
 pub(crate) const MAX_TRIANGLES: usize = 10_000_000;
 
-/// No half-edge.
+/// The index that stands for no half-edge.
 const NONE: u32 = u32::MAX;
 
 /// The reason why there is no triangulation.
@@ -103,7 +103,7 @@ struct Net<'a> {
     /// For each triangle, the number of its changes.
     changes: Vec<u32>,
     queue: BinaryHeap<Candidate>,
-    /// Triangles without a candidate of their present form.
+    /// Triangles without a candidate of their current form.
     pending: Vec<u32>,
 }
 

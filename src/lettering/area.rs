@@ -138,7 +138,7 @@ mod tests {
             let less = Area { outlines: vec![ring(30.0, 17.0, false)], ..area };
             assert!((ink(&less)[0] / expected - 1.0).abs() > 0.03);
         }
-        // What is left of the picture, and above it, is cut off.
+        // The parts to the left of the picture and above it are cut off.
         let outside = Area { outlines: vec![ring(0.0, 20.0, false)], pen_px: 1.5 };
         assert!((ink(&outside)[0] / (100.0 * std::f64::consts::PI) - 1.0).abs() < 0.01);
     }

@@ -14,7 +14,7 @@ use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 
-/// Largest number of different characters of a text that are looked for in fonts. No title needs as many.
+/// Largest number of different characters of a text that are searched for in fonts. No title needs as many.
 const MAX_SOUGHT: usize = 512;
 /// Height of capitals in units of a font's em square, if the font does not say.
 const USUAL_CAPITALS: f32 = 0.7;
@@ -34,7 +34,7 @@ pub(super) struct Glyph {
     pub advance: f64,
     /// Closed outlines. Inside is where they wind around a point.
     pub outlines: Vec<Vec<DVec2>>,
-    /// Where its characters begin in the shaped text, in bytes.
+    /// Byte offset of its characters in the shaped text.
     pub begin: usize,
 }
 
@@ -64,8 +64,8 @@ impl Fonts {
         Self { order: faces.into_iter().map(|(_, id)| id).collect(), database }
     }
 
-    /// Returns a font for each character that one has. A font that has most of them comes first, so that words are not
-    /// put together from several.
+    /// Returns a font for each character that some font has. A font that has most of them comes first, so that words
+    /// are not composed from several fonts.
     pub(super) fn faces(&self, characters: &BTreeSet<char>) -> BTreeMap<char, ID> {
         let mut missing: BTreeSet<char> = characters.iter().copied().take(MAX_SOUGHT).collect();
         let known = |id: &ID| {

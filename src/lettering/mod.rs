@@ -74,7 +74,7 @@ pub(crate) struct Line {
 /// A letter of a line.
 #[derive(Clone, Debug, PartialEq)]
 struct Piece {
-    /// Where its characters begin in the text, in bytes.
+    /// Byte offset of its characters in the text.
     begin: usize,
     advance: f64,
     shape: Shape,
@@ -235,8 +235,8 @@ fn pieces(text: &str, fonts: &Fonts, faces: &BTreeMap<char, ID>) -> (Vec<Piece>,
     (pieces, paragraph.level.is_rtl())
 }
 
-/// Splits a text into parts with letters of the table, or of one font. A mark that belongs to a letter of the table
-/// takes it along into its font, and invisible characters stay with those before them.
+/// Splits a text into parts with letters of the table, or of one font. A combining mark takes the letter of the table
+/// that it belongs to into its own font, and invisible characters stay with those before them.
 fn parts(text: &str, faces: &BTreeMap<char, ID>) -> Vec<(Range<usize>, Option<ID>)> {
     let mut parts: Vec<(Range<usize>, Option<ID>)> = Vec::new();
     let mut before = 0;
@@ -302,7 +302,7 @@ mod tests {
         assert!(cut.text().ends_with('…') && cut.text().starts_with("Grosser") && height == 1.0, "{}", cut.text());
         assert!(cut.width() <= 0.5 * width && cut.width() > 0.4 * width);
         assert_eq!(line.fitted(0.1, 3.0, 1.0).0.text(), "");
-        // As by trying each shorter text; a text of a megabyte is cut as fast as it is read.
+        // The result is the same as by trying each shorter text; a text of a megabyte is cut as fast as it is read.
         let words = Line::new("Am  Ende der Welt");
         for room in (0..60).map(|tenths| 0.1 * f64::from(tenths)) {
             let (cut, _) = words.fitted(room, 1.0, 1.0);
@@ -349,7 +349,7 @@ mod tests {
         // Four letters of the first word, and two that Latin-1 does not have.
         assert_eq!(areas.len(), 6);
         assert!(strokes.len() > 12 && line.width() > 10.0 && line.width() < 30.0, "{}", line.width());
-        // Letters stand on the baseline, as high as those of the table.
+        // Letters are on the baseline, as high as those of the table.
         let [top, bottom] = areas[0].high_px();
         assert!((top + 10.0).abs() < 0.5 && bottom.abs() < 0.2, "{top} {bottom}");
         // Where there is no font, all are replaced.
@@ -358,7 +358,7 @@ mod tests {
         // A mark takes its letter along.
         let marked = Line::with("Ve\u{301}lo", || &fonts);
         assert!(marked.replaced.is_empty() && !marked.areas(DVec2::ZERO, 1.0).is_empty());
-        // What is too long is cut.
+        // Text that is too long is cut.
         let (cut, _) = Line::with(&"Гора ".repeat(9000), || &fonts).fitted(100.0, 1.0, 1.0);
         assert!(cut.text().ends_with('…') && cut.width() <= 100.0 && cut.width() > 90.0, "{}", cut.width());
     }

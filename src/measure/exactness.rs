@@ -4,8 +4,8 @@
 //!
 //! - *line recall*: the share of the reference's line pixels near which the drawing has a line, within [`REACH_PX`];
 //! - *line precision*: the share of the drawing's line pixels near which the reference has a line;
-//! - *tone error*: the mean difference of luma over squares of [`CELL_PX`] pixels, which is what the eye sees of marks
-//!   from a distance. A mark that moves within its square is no error;
+//! - *tone error*: the mean difference of luma over squares of [`CELL_PX`] pixels, as the eye sees marks from a
+//!   distance. A mark that moves within its square is not an error;
 //! - *picture error*: the root of the mean squared difference of luma of single pixels;
 //! - *FLIP*: the mean of the perceptual difference of Andersson and others (2020, "FLIP: A Difference Evaluator for
 //!   Alternating Images"), at [`PIXELS_PER_DEGREE`];
@@ -20,7 +20,7 @@ use super::temporal::{DrawnFrame, LINE_INK, REACH_PX, Share, TemporalError};
 /// Side of the squares over which tones are compared.
 pub(crate) const CELL_PX: usize = 8;
 
-/// Resolution at which somebody looks at the pictures, for FLIP: a monitor of 0.7 m width and 3840 pixels from 0.7 m.
+/// Resolution at which the pictures are viewed, for FLIP: a monitor of 0.7 m width and 3840 pixels from 0.7 m.
 const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
 
 /// Sums over the views at which a drawing was compared with its reference.
@@ -73,7 +73,7 @@ impl ExactnessTotals {
         Ok(())
     }
 
-    /// Returns the numbers for a report; `None` before the first view. What could not be measured is null:
+    /// Returns the numbers for a report; `None` before the first view. Values that could not be measured are null:
     ///
     /// | name | |
     /// | --- | --- |

@@ -1,8 +1,8 @@
 //! The figures of a run that are compared with an earlier one and have no noise to measure, each with the rule by which
 //! it is worse or better.
 //!
-//! What frames give the GPU to do is compared exactly (bytes to half a percent), since the same frames give the same.
-//! Late frames, evicted tiles and hit rates also depend on how fast tiles arrive, so they have a tolerance.
+//! The work that frames give the GPU is compared exactly (bytes to half a percent), since the same frames give the same
+//! work. Late frames, evicted tiles and hit rates also depend on how fast tiles arrive, so they have a tolerance.
 
 use super::comparison::Change;
 use super::report::{Pass, Run};
@@ -30,7 +30,7 @@ fn few(old: f64, new: f64, frames: f64) -> i32 {
     i32::from(new > old + allowed) - i32::from(new < old - allowed)
 }
 
-/// The same for a share of the frames in percent.
+/// Compares like [`few`] for a share of the frames in percent.
 fn few_percent(old: f64, new: f64, frames: f64) -> i32 {
     let frames = frames.max(1.0);
     few(old * frames / 100.0, new * frames / 100.0, frames)
@@ -107,8 +107,8 @@ impl Figures<'_> {
     }
 }
 
-/// Returns the figures that both runs have, each with +1 if it became worse and -1 if it became better. What frames give
-/// the GPU to do is left out unless both runs drew the `same_frames`.
+/// Returns the figures that both runs have, each with +1 if it became worse and -1 if it became better. The work that
+/// frames give the GPU is left out unless both runs drew the `same_frames`.
 pub(super) fn of(old: &Run, new: &Run, same_frames: bool) -> Vec<(i32, Change)> {
     let mut figures = Figures { old, new, found: Vec::new() };
     if same_frames {

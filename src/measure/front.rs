@@ -1,11 +1,12 @@
-//! The Pareto front of measured settings: those to which no other one is better in one respect and as good in all.
+//! The Pareto front of measured settings: a setting is on it unless another one is better in some respect and at least
+//! as good in all others.
 
 /// A measured value counts as better than another one only if it is smaller by more than this share.
 pub(crate) const NOISE: f64 = 0.01;
 
-/// Returns for each point whether it is on the front. The values of a point are costs and errors, of which less is better;
-/// all points have as many as `least`, the least differences that count. A point with a value that was not measured is not
-/// on the front.
+/// Returns for each point whether it is on the front. The values of a point are costs and errors, of which less is
+/// better; each point has as many values as `least`, the smallest differences that count. A point with a value that was
+/// not measured is not on the front.
 pub(crate) fn on_front(points: &[Vec<Option<f64>>], least: &[f64]) -> Vec<bool> {
     let known: Vec<Option<Vec<f64>>> = points.iter().map(|point| point.iter().copied().collect()).collect();
     let is_best = |point: &Vec<f64>| !known.iter().flatten().any(|other| dominates(other, point, least));
@@ -40,7 +41,7 @@ mod tests {
         assert_eq!(front(&[[1.0, 9.0], [2.0, 9.0]]), [true, false]);
         // Two that differ by noise are both on it.
         assert_eq!(front(&[[1.0, 9.0], [1.005, 9.0]]), [true, true]);
-        // An error that is smaller by less than what counts is no reason to pay twice as much.
+        // An improvement of an error by less than what counts does not justify twice the cost.
         assert_eq!(front(&[[1.0, 9.0], [2.0, 8.6]]), [true, false]);
         assert_eq!(front(&[]), Vec::<bool>::new());
     }

@@ -1,4 +1,4 @@
-//! What a governor did in a flight, for a report.
+//! The work of a governor during a flight, for a report.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! Measurements: what a drawing costs, how steady it is, and how far two drawings differ. Statistics of runs, the
-//! report of a benchmark, comparison of pictures and of frames.
+//! Measurements: the cost of a drawing, its steadiness, and the difference between two drawings. Statistics of runs,
+//! the report of a benchmark, comparison of pictures and of frames.
 
 pub(crate) mod comparison;
 pub(crate) mod exactness;

@@ -20,7 +20,7 @@ const MAX_CORRELATION: f64 = 0.9;
 /// √(π/2): the standard error of a median, relative to that of a mean.
 const MEDIAN_ERROR_FACTOR: f64 = 1.2533;
 
-/// By how much a time must have changed to be named.
+/// The least change with which a time is listed as changed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Threshold {
     /// Least change, as a share of the old time.
@@ -31,8 +31,8 @@ pub(super) struct Threshold {
 
 /// Threshold of the time of a frame, or of a part of it.
 pub(super) const FRAME_TIME: Threshold = Threshold { share: 0.03, errors: 4.0 };
-/// Threshold of the time of a pass. There are many of them, so one that is beyond four errors by chance is likely. Half of
-/// the smallest change that must be found, which is 10 %.
+/// Threshold of the time of a pass. There are many passes, so it is likely that one of them exceeds four errors by
+/// chance. Half of the smallest change that must be found, which is 10 %.
 pub(super) const PASS_TIME: Threshold = Threshold { share: 0.05, errors: 5.0 };
 
 /// A value of one frame, with its time on the camera path in seconds.

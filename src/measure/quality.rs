@@ -36,7 +36,7 @@ pub(crate) struct Front {
     /// World, path, frames and allowed error of the benchmark.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub measured: String,
-    /// What the costs are: the heading of the column, such as "GPU ms".
+    /// Quantity and unit of the costs, as in the heading of the column: "GPU ms".
     pub cost: String,
     /// The settings on the front, from the cheapest to the most expensive.
     pub points: Vec<Point>,
@@ -49,7 +49,7 @@ pub(crate) struct Point {
     /// Whether it is the point for `draft`, `balanced` or `exact`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub levels: Vec<Level>,
-    /// What a frame costs.
+    /// Cost of a frame, in the unit of [`Front::cost`].
     pub cost: f64,
     /// Cost relative to the style as it is.
     pub cost_ratio: f64,
@@ -64,7 +64,7 @@ impl Point {
     /// Returns the setting.
     ///
     /// # Errors
-    /// Those of [`Setting::of`].
+    /// The errors of [`Setting::of`].
     pub(crate) fn setting(&self) -> Result<Setting, String> {
         let setting = Setting::of(self.set.iter().map(|(key, text)| (key.as_str(), text.as_str())))?;
         Ok(Setting { tile_error_m: None, ..setting })
@@ -154,7 +154,7 @@ impl Front {
     /// Parses a file; errors begin with `name`. Whether the style has the values of the settings is not checked.
     ///
     /// # Errors
-    /// What is wrong, in one line.
+    /// The defect of the text, in one line.
     pub(crate) fn parse(name: &str, text: &str) -> Result<Self, String> {
         let front: Self = toml_text::read(name, text).map_err(|error| error.to_string())?;
         // Settings are compared by their errors, so each must have all of them.

@@ -1,4 +1,4 @@
-//! `report.json`: the results of a benchmark. What was not measured is null, never 0.
+//! `report.json`: the results of a benchmark. A value that was not measured is null, never 0.
 //!
 //! Scripts read this file: a field that is renamed here keeps its key by `#[serde(rename)]`.
 
@@ -85,7 +85,7 @@ pub(crate) struct Run {
     pub busy: Option<BusyGpu>,
     /// Pipelines and times that the first frame waited for.
     pub start: Option<Start>,
-    /// How often each cache had what frames requested.
+    /// Hits and misses of each cache.
     #[serde(default)]
     pub caches: Caches,
     /// Number of frames that took more than twice the median, and would not have if the frame thread had spent the
@@ -152,7 +152,7 @@ pub(crate) struct Pass {
 /// Percentiles of a pass's time, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct PassTime {
-    /// Median time.
+    /// Median time of the pass.
     pub p50: f64,
     /// The time that 95 % of the frames do not exceed.
     pub p95: f64,
@@ -207,7 +207,7 @@ pub(crate) struct TileCounts {
 pub(crate) struct FullDetail {
     /// Number of jumps in the recorded frames.
     pub jumps: u64,
-    /// Median time.
+    /// Median of the times after the jumps.
     pub p50: f64,
     /// Longest time. A jump that is followed by the next one before full detail counts with the time between them.
     pub max: f64,
@@ -216,11 +216,11 @@ pub(crate) struct FullDetail {
 /// Percentiles of an error of the terrain's mesh, measured or allowed, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct ErrorPercentiles {
-    /// Median error.
+    /// Median of the errors of the frames.
     pub p50: f64,
     /// The error that 99 % of the frames do not exceed.
     pub p99: f64,
-    /// Largest error.
+    /// Largest error of a frame.
     pub max: f64,
 }
 

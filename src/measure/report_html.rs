@@ -125,7 +125,7 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     page
 }
 
-/// Returns the beginning of a page with this title, as far as its body.
+/// Returns the beginning of a page with this title, up to its body.
 pub(super) fn page_head(title: &str) -> String {
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
@@ -181,8 +181,8 @@ fn plot(runs: &[RunFrames], value: fn(&FrameRecord) -> Option<f64>) -> Option<St
     Some(svg + &key(names))
 }
 
-/// Returns a bar for each run, stacked from the means of its passes over all frames, so a pass that does not run in
-/// every frame counts with its average.
+/// Returns a bar for each run, stacked from the means of its passes over all frames; a pass that does not run in every
+/// frame has a correspondingly lower mean.
 fn bars(runs: &[Run]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for pass in runs.iter().flat_map(|run| &run.passes) {
@@ -295,7 +295,7 @@ fn table(runs: &[Run]) -> String {
     format!("<h2>Numbers</h2>\n<p class=\"faint\">{NUMBERS}</p>\n{}", grid(runs, rows))
 }
 
-/// Returns a table of what the passes of each run read and write; empty if nothing was traced.
+/// Returns a table of the bytes that the passes of each run read and write; empty if nothing was traced.
 fn memory_by_pass(runs: &[Run]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for pass in runs.iter().flat_map(|run| &run.passes).filter(|pass| pass.bytes_read.is_some()) {
@@ -324,8 +324,8 @@ fn memory_by_pass(runs: &[Run]) -> String {
     )
 }
 
-/// Returns a table of what a frame gives the GPU to do, of the processor's time, and of hit rates; empty if nothing was
-/// measured.
+/// Returns a table of the work that a frame gives the GPU, of the processor's time, and of hit rates; empty if nothing
+/// was measured.
 fn work_by_frame(runs: &[Run]) -> String {
     if runs.iter().all(|run| run.work.is_none() && run.untimed.is_none()) {
         return String::new();

@@ -1,5 +1,5 @@
-//! The report for a terminal: a row for each run, with its ratio to the first run; warnings; what a frame does whatever
-//! the GPU; hit rates; a table of steadiness; and what changed since an earlier report.
+//! The report for a terminal: a row for each run, with its ratio to the first run; warnings; the work of a frame on any
+//! GPU; hit rates; a table of steadiness; and what changed since an earlier report.
 
 use std::collections::BTreeSet;
 
@@ -45,7 +45,7 @@ type WorkColumn = (&'static str, fn(FrameWork) -> f64, usize);
 /// A column of a run.
 type RunColumn = (&'static str, fn(&Run) -> Option<f64>, usize);
 
-/// Columns of what a frame gives the GPU to do.
+/// Columns of the work that a frame gives the GPU.
 const WORK: [WorkColumn; 7] = [
     ("GB read", |work| work.bytes_read as f64 / 1e9, 3),
     ("GB written", |work| work.bytes_written as f64 / 1e9, 3),
@@ -71,7 +71,7 @@ const AGAIN: [RunColumn; 8] = [
     ("compile s", |run| Some(run.start?.compile_ms / 1000.0), 2),
 ];
 
-/// Returns the table of what frames do whatever the GPU; empty if nothing was measured.
+/// Returns the table of the work of frames on any GPU; empty if nothing was measured.
 fn work(report: &Report) -> String {
     if report.runs.iter().all(|run| run.work.is_none() && run.untimed.is_none()) {
         return String::new();
@@ -120,8 +120,8 @@ fn changes(comparison: &Comparison) -> String {
     text + &comparison.unchanged().map_or_else(String::new, |sentence| sentence + "\n")
 }
 
-/// Returns the tables: what frames cost, and how steady they are if that was measured; and what changed, if there is an
-/// earlier report. A dash (–) marks what was not measured.
+/// Returns the tables: the cost of frames; their steadiness, if it was measured; and the changes, if there is an
+/// earlier report. A dash (–) marks values that were not measured.
 pub(crate) fn table(report: &Report) -> String {
     let changes = report.comparison.as_ref().map_or_else(String::new, changes);
     measured(report) + &changes

@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Read};
 
 use serde::{Deserialize, Serialize};
 
-/// How the world without a name is called.
+/// The name in reports of the world that has none.
 const BUILT_IN: &str = "the built-in world";
 
 /// The program of a benchmark, and the options of its run. Size, eyes and anti-aliasing are elsewhere in the report.
@@ -51,7 +51,7 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// Returns why a benchmark with these settings cannot be compared with an older one: one sentence for each setting
-    /// that makes its frames other frames.
+    /// because of which their frames differ.
     pub(super) fn conflicts(&self, old: &Self) -> Vec<String> {
         let made = |before: String, now: String| {
             format!("nothing is compared: the old report was made with {before}, this one with {now}")

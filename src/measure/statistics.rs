@@ -132,7 +132,7 @@ pub(crate) fn is_frames_csv(path: &Path) -> bool {
 }
 
 /// Writes a row for each frame of all runs, as a complete file or not at all. After the fixed columns there is a column
-/// `gpu_ms.PASS` for each pass. What was not measured is empty.
+/// `gpu_ms.PASS` for each pass. Values that were not measured are empty.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,7 +1,8 @@
 //! Agreement of the drawings of two eyes.
 //!
-//! Both eyes see the same world at the same time, so where a pixel of one eye is in the other is known exactly; it is
-//! computed as between two frames ([`super::temporal`]). What only one eye sees is ignored. The measures are
+//! Both eyes see the same world at the same time, so the place of a pixel of one eye in the other is known exactly; it
+//! is computed as between two frames ([`super::temporal`]). Surfaces that only one eye sees are ignored. The measures
+//! are
 //!
 //! - *orphans*: ink of lines that the other eye lacks within [`REACH_PX`], of all ink. Each pixel counts with its ink,
 //!   so no threshold is needed;
@@ -120,7 +121,7 @@ impl StereoTotals {
         }
     }
 
-    /// Returns the numbers for a report; `None` before the first pair. What could not be measured is null:
+    /// Returns the numbers for a report; `None` before the first pair. Values that could not be measured are null:
     ///
     /// | name | |
     /// | --- | --- |

@@ -1,5 +1,5 @@
-//! `suite.json` and `suite.html`: the tables of several benchmarks, with ratios to their first row, and published figures
-//! beside them.
+//! `suite.json` and `suite.html`: the tables of several benchmarks, with ratios to their first row, and published
+//! figures next to them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,11 +18,12 @@ const TITLE: &str = "<title>hachure bench --suite</title>";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Published {
-    /// Where the figures were published, and on which GPU they were measured.
+    /// The publication, and the GPU on which its figures were measured.
     pub source: String,
     /// The quantity that was measured: the key of a column.
     pub quantity: String,
-    /// Its values, by the label of our row that stands for theirs, or by a name of theirs that no row of ours has.
+    /// The published values, by the label of our corresponding row, or by the published name if no row of ours
+    /// corresponds.
     pub values: BTreeMap<String, f64>,
 }
 
@@ -31,7 +32,7 @@ pub(crate) struct Published {
 pub(crate) struct SuiteReport {
     /// Title of the suite.
     pub suite: String,
-    /// What it measures.
+    /// The subject of the suite, in sentences.
     pub about: String,
     /// The GPU and its driver.
     pub adapter: String,
@@ -86,7 +87,7 @@ pub(crate) struct Row {
 struct Context<'a> {
     /// Width and height of the pictures, without the render scale of a setting.
     size_px: [u32; 2],
-    /// See [`TableReport::passes`].
+    /// Names of passes with columns of their own ([`TableReport::passes`]).
     passes: &'a [String],
 }
 
@@ -124,10 +125,10 @@ fn sum(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// A quantity that a column shows.
 struct Quantity {
-    /// Its key in `suite.json`, with the unit.
+    /// Key in `suite.json`, with the unit.
     key: &'static str,
     head: &'static str,
-    /// What it is, for the list below the tables.
+    /// Explanation, for the list below the tables.
     about: &'static str,
     decimals: usize,
     value: fn(&Run, &Context<'_>) -> Option<f64>,
@@ -302,7 +303,7 @@ impl TableReport {
     fn cells(&self) -> Vec<Vec<String>> {
         let number =
             |value: Option<f64>, decimals: usize| value.map_or("–".to_owned(), |value| format!("{value:.decimals$}"));
-        // Figures that no row of ours stands for are in a note.
+        // Published figures without a corresponding row of ours are in a note.
         let matches = |which: usize| self.rows.iter().any(|row| self.published_of(&row.label)[which].is_some());
         let (has_published, has_ratio) = (matches(0), matches(1));
         let published = self.published.as_ref().filter(|_| has_published);
@@ -444,7 +445,7 @@ impl SuiteReport {
         page + "</ul>\n</body></html>\n"
     }
 
-    /// Returns what a reader must know before comparing figures.
+    /// Returns the notes that a reader must know before comparing figures.
     fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
         if self.is_software {

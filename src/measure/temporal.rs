@@ -1,9 +1,9 @@
 //! Steadiness of a drawing from frame to frame, for any kind of lines.
 //!
-//! Two consecutive frames are compared in both directions. The world does not move, so where a pixel of one frame is in
-//! the other is known exactly (`follow`); what is not visible in both is masked. A **line pixel** has ink of at least
-//! [`LINE_INK`]; the line continues where the other frame has a line pixel within [`REACH_PX`] of its place. The
-//! measures are
+//! Two consecutive frames are compared in both directions. The world does not move, so the place of a pixel of one
+//! frame in the other is known exactly (`follow`); pixels that are not visible in both are masked. A **line pixel** has
+//! ink of at least [`LINE_INK`]; the line continues where the other frame has a line pixel within [`REACH_PX`] of its
+//! place. The measures are
 //!
 //! - *flicker*: the share of line pixels that do not continue, of those that are not masked; births are measured from
 //!   the later frame, deaths from the earlier one. In the ink-weighted form a pixel counts with the ink that the other

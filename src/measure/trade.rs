@@ -8,10 +8,10 @@ use super::report::{Metrics, Report, Run};
 /// A column of the trade: heading, key, value, and the least difference that counts when settings are compared.
 struct Column {
     head: &'static str,
-    /// Its key in files, with the unit.
+    /// Key of the column in files, with the unit.
     key: &'static str,
     value: fn(&Run) -> Option<f64>,
-    /// `None`: settings are not compared by it.
+    /// Smallest difference that counts; `None` if settings are not compared by this column.
     least: Option<f64>,
 }
 
@@ -48,7 +48,7 @@ const ERRORS: [Column; 6] = [
         value: |run| exactness(run, "surface_error_px"),
         least: Some(0.05),
     },
-    // What an eye notices, lines and tones together; it says less about each than the errors above.
+    // The visible difference of lines and tones together; it says less about each than the errors above.
     Column { head: "FLIP %", key: "flip_percent", value: |run| Some(100.0 * exactness(run, "flip")?), least: None },
     Column {
         head: "flicker %",
@@ -58,7 +58,7 @@ const ERRORS: [Column; 6] = [
     },
 ];
 
-/// What a frame costs, for the front.
+/// The measure of a frame's cost on the front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cost {
     /// Median GPU time, in milliseconds.
@@ -88,7 +88,7 @@ impl Cost {
     }
 }
 
-/// One style with its settings, of which the first is the style as it is.
+/// The runs of one style with different settings. The first has the style as it is.
 pub(crate) struct Trade<'a> {
     pub runs: Vec<&'a Run>,
     pub cost: Cost,
@@ -109,8 +109,8 @@ impl<'a> Trade<'a> {
             .collect()
     }
 
-    /// Returns whether each setting is on the front of cost and errors. An error that was measured for none of them, such
-    /// as that of lines in a style without lines, does not count.
+    /// Returns whether each setting is on the front of cost and errors. An error that was not measured for any of them,
+    /// such as that of lines in a style without lines, does not count.
     pub(crate) fn on_front(&self) -> Vec<bool> {
         let columns: Vec<&Column> = self.columns().filter(|column| column.least.is_some()).collect();
         let point = |run: &&Run| {

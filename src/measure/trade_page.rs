@@ -115,8 +115,8 @@ fn the_page_is_that_of_the_fronts() {
     assert!(row(&other.points[0]) != row(&front.points[0]) && plot(&other) != plot(&front));
 }
 
-/// The levels of a front are far apart, and its costs are those of its own measurement: the setting that is the style as it
-/// is costs as much as the style.
+/// The levels of a front are far apart, and its costs come from one measurement: the setting that leaves the style as
+/// it is costs as much as the style.
 #[test]
 fn the_fronts_agree_with_their_styles() {
     for (name, text) in FRONTS {

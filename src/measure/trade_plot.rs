@@ -6,7 +6,7 @@ use super::trade::{self, Trade};
 
 const WIDTH: f64 = 720.0;
 const HEIGHT: f64 = 300.0;
-/// Where the axes cross.
+/// Position at which the axes cross, in the SVG's units from the left and from the top.
 const LEFT: f64 = 60.0;
 const BOTTOM: f64 = HEIGHT - 46.0;
 
@@ -40,7 +40,7 @@ pub(super) struct Plotted {
     pub is_on_front: bool,
     /// The setting in words.
     pub words: String,
-    /// Name that is written beside the point; may be empty.
+    /// Name that is written next to the point; may be empty.
     pub label: String,
 }
 

@@ -1,4 +1,5 @@
-//! Figures of a benchmark that say what a frame does, whatever the GPU: bytes, wgpu passes, the processor's share, caches.
+//! Figures of a benchmark for the work of a frame, independent of the GPU: bytes, wgpu passes, the processor's share,
+//! caches.
 
 use std::collections::BTreeMap;
 
@@ -17,10 +18,10 @@ pub(crate) struct FrameWork {
     pub bytes_read: u64,
     /// Bytes of the textures and buffers that passes write, counted in the same way.
     pub bytes_written: u64,
-    /// wgpu passes: compute and render passes of the API. Dispatches that follow each other share one.
+    /// wgpu passes: compute and render passes of the API. Consecutive dispatches share one.
     #[serde(alias = "passes")]
     pub wgpu_passes: u64,
-    /// Compute dispatches.
+    /// Compute dispatches, direct and indirect.
     pub dispatches: u64,
     /// Draws in render passes.
     pub draws: u64,
@@ -121,17 +122,17 @@ pub(crate) struct Start {
     pub frame_ms: f64,
 }
 
-/// How often a cache had what was requested, over the frames of a run.
+/// Hits and misses of a cache, over the frames of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct CacheUse {
-    /// Requests that found what they wanted.
+    /// Requests that found the value in the cache.
     pub hits: u64,
     /// Requests after which it had to be made or loaded.
     pub misses: u64,
 }
 
 impl CacheUse {
-    /// Returns the share of requests that found what they wanted; `None` if there was none.
+    /// Returns the share of hits among the requests; `None` if there was no request.
     pub(crate) fn hit_rate(&self) -> Option<f64> {
         let requests = self.hits + self.misses;
         (requests > 0).then(|| self.hits as f64 / requests as f64)

@@ -47,7 +47,7 @@ impl Soup {
     /// Builds a mesh with materials.
     ///
     /// # Errors
-    /// As for [`Soup::into_mesh`].
+    /// The errors of [`Soup::into_mesh`].
     pub(crate) fn into_painted_mesh(self, name: String, paint: Paint) -> Result<Mesh, String> {
         self.join(name, paint, &|_| ())
     }

@@ -54,10 +54,10 @@ pub enum MeshError {
 /// The neighbour across an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Across {
-    /// None: an open border, which is drawn where it is visible. Also the first occurrence of an edge of three
+    /// No neighbour: an open border, which is drawn where it is visible. Also the first occurrence of an edge of three
     /// triangles or more.
     Border,
-    /// The other occurrences of such an edge.
+    /// A further occurrence of an edge of three triangles or more.
     Again,
     /// A neighbouring triangle.
     Triangle {
@@ -147,7 +147,8 @@ pub struct Mesh {
     pub radius_m: f64,
     /// Mean length of its edges.
     pub mean_edge_m: f64,
-    /// Whether it has neither borders nor neighbours of opposite winding, so that its fronts are outside.
+    /// Whether the mesh has neither borders nor neighbours of opposite winding, so that its front faces are on the
+    /// outside.
     pub is_solid: bool,
     /// Defects of the file.
     pub flaws: Flaws,

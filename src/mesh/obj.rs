@@ -44,7 +44,7 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
 /// materials.
 ///
 /// # Errors
-/// As for [`read`].
+/// The errors of [`read`].
 pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(String)) -> Result<Mesh, MeshError> {
     let wrong = |cause: String| MeshError::Read { path: path.to_owned(), cause: one_line(&cause) };
     let unread = |error: std::io::Error| wrong(error.to_string());

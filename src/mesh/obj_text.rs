@@ -2,7 +2,7 @@
 //! those about materials (`mtllib`, `usemtl`) are collected here, and all others, texture coordinates included, are
 //! left out.
 //!
-//! The mesh reader sees nothing but geometry, so materials can neither make a file unreadable nor change its triangles.
+//! The mesh reader gets only the geometry, so materials can neither make a file unreadable nor change its triangles.
 //! The material of each triangle follows from counting instead: a face of n corners becomes n - 2 triangles, in the
 //! order of the file. A backslash at the end of a line continues it in the next one.
 

@@ -1,9 +1,9 @@
 //! The sidecar files of a model: material libraries and textures.
 //!
-//! They are searched in the folder of the model and below it only, so that a model from somebody else cannot make
-//! hachure read other files, as a scene cannot either (`scene::reach`). A name that is a path to elsewhere, as programs
-//! write those of the machine where a model was made, is searched by its last component in the model's folder. If there
-//! is no file of that name, one that differs only in upper and lower case is used.
+//! They are searched for only in the folder of the model and below it, so that a model from somebody else cannot make
+//! hachure read other files; the same holds for scenes (`scene::reach`). A name that is a path to elsewhere, as
+//! programs write those of the machine where a model was made, is searched by its last component in the model's folder.
+//! If there is no file of that name, one that differs only in upper and lower case is used.
 
 use std::path::{Component, Path, PathBuf};
 

@@ -260,7 +260,7 @@ fn read_floats(
     }
 }
 
-/// Reads what all ink layers that make tone leave of white: the darkest of them counts, as in
+/// Reads the fraction of white that is left by all ink layers that make tone: the darkest of them counts, as in
 /// `shaders/composite/composite.wgsl`.
 fn read_marks(
     gpu: &Gpu,

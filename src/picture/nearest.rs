@@ -16,7 +16,7 @@ const SIZE_PX: [u32; 2] = [96, 54];
 /// `style` will do; its drawing is discarded.
 ///
 /// # Errors
-/// Those of [`Renderer::render`].
+/// The errors of [`Renderer::render`].
 pub(crate) fn nearest_m(
     gpu: &Gpu,
     renderer: &mut Renderer,

@@ -24,7 +24,7 @@ pub(crate) struct ShownPicture {
 
 #[derive(Clone, Debug)]
 enum Texels {
-    /// One plane for each channel.
+    /// Floating-point channels, one plane for each.
     Numbers(Vec<Vec<f32>>),
     /// Reversed depth: nearer is greater, and 0 is infinitely far.
     Depth(Vec<f32>),
@@ -76,7 +76,7 @@ pub(crate) fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture
 /// Returns the images that passes read or write as a list: by group, each with a sentence that says what it shows.
 pub(crate) fn listing(trace: &[PassTrace]) -> String {
     let used = trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes));
-    // Pictures of one texel stand for what a style lacks.
+    // Pictures of one texel are placeholders for pictures that a style lacks.
     let is_picture = |texture: &wgpu::Texture| [texture.width(), texture.height()] != [1, 1];
     let used = used.filter(|used| used.texture.as_ref().is_some_and(is_picture));
     let all: BTreeSet<(Group, &str, &str)> =

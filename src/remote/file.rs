@@ -19,7 +19,7 @@ use super::{Cancelled, Fnv, RemoteError, Settings, Traffic, never};
 const FIRST_BYTES: u64 = 4 * BLOCK_BYTES;
 /// Largest number of blocks per request.
 const MAX_BLOCKS: u64 = 64;
-/// How long a thread waits for another thread's block before it checks again.
+/// Time for which a thread waits for another thread's block before it checks again.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// An open file. All methods may be called from several threads at once.

@@ -343,7 +343,7 @@ mod tests {
         assert!(head.starts_with("get /b.tif") && head.contains("range: bytes=0-0"), "{head}");
         let leaks = |head: &str| ["referer", "s3cret", "authorization", "a.tif"].iter().any(|word| head.contains(word));
         assert!(!leaks(&head), "{head}");
-        // Planted: the library's default tells the whole first address.
+        // Planted: the library's default reveals the whole first address.
         let careless = told(&|url| {
             let client = Client::new(url, &settings, false).unwrap();
             Client { http: reqwest::Client::new(), ..client }

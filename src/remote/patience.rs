@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Number of received bytes that give back one second: the program gives up on a server that stays slower than this.
 const BYTES_PER_S: u64 = 32 * 1024;
-/// How long no request is made for a file that the program gave up on.
+/// Time for which no request is made for a file that the program gave up on.
 const REST: Duration = Duration::from_secs(30);
 
 /// The waiting time of a file, or of files that are read together.
@@ -57,7 +57,7 @@ impl Patience {
     /// Starts to wait for the answer to a request.
     ///
     /// # Errors
-    /// Returns the cause for which the file was given up, until [`REST`] has passed.
+    /// Returns the reason for giving up the file, until [`REST`] has passed.
     pub(super) fn start_waiting(&self) -> Result<Waiting<'_>, String> {
         let mut state = self.updated();
         if let Some(given_up) = &state.given_up {

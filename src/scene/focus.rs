@@ -15,7 +15,7 @@ pub(crate) use crate::gpu::wgsl::shared::focus::Focus as FocusUniform;
 use crate::gpu::wgsl::shared::focus::{AT_DISTANCE, AT_PLACE, NO_FOCUS, ON_PICTURE, THINNER};
 use crate::gpu::wgsl::shared::view::View as ViewUniform;
 
-/// Where contrast is strongest, and how it falls off.
+/// The place where contrast is strongest, and its falloff.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Focus {
     /// The centre of the focus.

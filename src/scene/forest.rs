@@ -154,7 +154,7 @@ impl Default for Forest {
 /// Returns the slope, in degrees, that land of a slope has when it is drawn `factor` times as high.
 pub(crate) fn exaggerated_slope_deg(slope_deg: f64, factor: f64) -> f64 {
     match slope_deg {
-        // The tangent of a right angle is no number, and a factor of 1 changes no bit.
+        // The tangent of a right angle is undefined, and a factor of 1 changes no bit.
         slope_deg if slope_deg >= 90.0 || factor == 1.0 => slope_deg,
         slope_deg => (slope_deg.to_radians().tan() * factor).atan().to_degrees(),
     }

@@ -66,7 +66,7 @@ impl Scene {
         Self {
             sun: SUN,
             meshes: vec![placement],
-            // Its level ground is no lake.
+            // Its level ground is not a lake.
             water: WaterFiles { only_given: true, ..WaterFiles::default() },
             ..Self::of_world(World::Model(model))
         }

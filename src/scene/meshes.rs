@@ -28,7 +28,7 @@ pub struct MeshPlacement {
     pub z_up: bool,
 }
 
-/// Where the copies of a model are placed.
+/// The places of the copies of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MeshPositions {
     /// One copy at a given position.
@@ -72,7 +72,7 @@ pub struct Scatter {
     pub up_m: f64,
 }
 
-/// How many copies a rule places.
+/// The number of copies that a rule places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Density {
     /// Copies per hectare, before limits of height and slope remove some.

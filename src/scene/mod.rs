@@ -42,14 +42,14 @@ pub use wind::Wind;
 
 use crate::source::{OpenOptions, VoidMode};
 
-/// Everything that decides what is drawn, except the style.
+/// The content of a picture: everything that determines it, except the style.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The scene file that defines the scene; `None` if there is no file.
     pub file: Option<PathBuf>,
     /// The built-in scene that defines it, if it is one.
     pub(crate) embedded: Option<&'static embedded::EmbeddedScene>,
-    /// Where the heights come from.
+    /// The source of the heights.
     pub world: World,
     /// Direction of the sunlight.
     pub sun: Sun,
@@ -58,7 +58,7 @@ pub struct Scene {
     pub haze: Haze,
     /// Place with the strongest contrast; `None` leaves it to the style.
     pub focus: Option<SceneFocus>,
-    /// Where a flight starts; `None` picks a view from the world's extent.
+    /// The camera at the start of a flight; `None` picks a view from the world's extent.
     pub start: Option<Camera>,
     /// Curvature of the earth; `None` draws a flat map.
     pub earth: Option<Earth>,
@@ -66,19 +66,19 @@ pub struct Scene {
     pub vertical_exaggeration: f64,
     /// Models placed on the land.
     pub meshes: Vec<MeshPlacement>,
-    /// Where trees grow, and of which species.
+    /// The places and species of trees.
     pub forest: Option<Forest>,
     /// Wind that moves the trees; `None` is still air.
     pub wind: Option<Wind>,
     /// Land at or below this height is sea, in metres in the file's heights; `None`: only level areas are water.
     pub sea_level_m: Option<f64>,
-    /// Files that mark water, in addition to what is found in the heights.
+    /// Files that mark water, in addition to the water that is found in the heights.
     pub water: WaterFiles,
     /// Properties of the height files that the files themselves do not declare.
     pub heights: OpenOptions,
 }
 
-/// Where the heights come from.
+/// The source of a scene's heights.
 #[derive(Clone, Debug, PartialEq)]
 pub enum World {
     /// A DEM file or a baked pyramid.
@@ -134,7 +134,7 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Returns a scene of a world with all else at its default: what a bare DEM on the command line means.
+    /// Returns a scene of a world with everything else at its default, as for a bare DEM on the command line.
     pub(crate) fn of_world(world: World) -> Self {
         Self {
             file: None,

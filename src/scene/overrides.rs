@@ -34,7 +34,7 @@ impl Overrides {
     }
 }
 
-/// Why the land of a scene can have no other seed: the end of a sentence about the scene.
+/// The reason why the land of a scene cannot have another seed, as the end of a sentence about the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum SeedError {
     /// The land comes from files.
@@ -61,8 +61,8 @@ impl World {
 }
 
 impl Scene {
-    /// Checks that the land can have another seed: nothing of the scene may have its place on the land of its own.
-    /// Models and trees that rules place get new places.
+    /// Checks that the land can have another seed: nothing in the scene may be placed on the land of the scene's own
+    /// seed. Models and trees that rules place get new places.
     ///
     /// # Errors
     /// [`SeedError`].
@@ -85,7 +85,7 @@ impl Scene {
     /// are made for the land of the scene's own seed.
     ///
     /// # Errors
-    /// Those of [`Scene::check_other_seed`].
+    /// The errors of [`Scene::check_other_seed`].
     fn with_seed(mut self, other: u32) -> Result<Self, SeedError> {
         if self.world.seed() == Some(other) {
             return Ok(self);

@@ -9,7 +9,7 @@ use super::{Scene, World};
 use crate::remote;
 use crate::source::{self, Kind};
 
-/// How far the names in a scene file may lead.
+/// The files that names in a scene file may lead to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reach {
     /// The folder of the scene file and everything below it. Symbolic links that lead out of it count as outside.

@@ -138,7 +138,7 @@ mod tests {
         View::whole(pose, pose, SIZE_PX)
     }
 
-    /// How far a point is to the right in the right eye's picture, compared with the left eye's, in pixels.
+    /// Returns how much farther to the right a point is in the right eye's picture than in the left eye's, in pixels.
     fn parallax_px(pair: &Pair, at_m: DVec3) -> f64 {
         let [left, right] = [0, 1].map(|eye| {
             let view = pair.rig(&camera()).eyes[eye];

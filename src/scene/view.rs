@@ -39,8 +39,8 @@ impl Part {
     }
 }
 
-/// How far a picture extends to each side of the optical axis, as tangents of angles. A headset's pictures extend
-/// farther outward than toward the nose.
+/// The extent of a picture to each side of the optical axis, as tangents of angles. A headset's pictures extend farther
+/// outward than toward the nose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Extent to the left; negative if the picture begins to the right of the axis.

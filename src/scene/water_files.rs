@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-/// Files that mark water, in addition to what is found in the heights.
+/// Files that mark water, in addition to the water that is found in the heights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaterFiles {
     /// A raster; non-zero values are water.

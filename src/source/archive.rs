@@ -1,7 +1,8 @@
 //! DEMs as they are downloaded: compressed (`.gz`), or in an archive (`.zip`, `.tar`, `.tar.gz`) that holds one of them.
 //!
-//! What the DEM needs is unpacked into a folder of the cache ([`UnpackedFolder`]), which is removed with the reader. The
-//! names in the archive decide what is unpacked: the only DEM, and its sidecar files, which have the same stem.
+//! The files that the DEM needs are unpacked into a folder of the cache ([`UnpackedFolder`]), which is removed with the
+//! reader. The names in the archive decide what is unpacked: the only DEM, and its sidecar files, which have the same
+//! stem.
 
 mod content;
 
@@ -84,7 +85,7 @@ pub(super) fn open(
     let wanted: HashSet<&str> =
         names.iter().filter(|other| **other == name || is_beside(other, &name)).map(String::as_str).collect();
     unpack(path, container, &LIMITS, &wanted, folder.path())?;
-    // The sidecar file of the container describes what is inside, unless that has its own.
+    // The sidecar file of the container describes the content, unless that has its own.
     let (dem, sidecar) = (folder.path().join(file_name(&name)), sidecar_path(path));
     if let (Some(sidecar), None) = (&sidecar, sidecar_path(&dem)) {
         let mut target = dem.as_os_str().to_owned();

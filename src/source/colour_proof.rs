@@ -37,7 +37,7 @@ const STEEP: f64 = 0.35;
 /// Land whose lowest height is above this in metres, read as Mapbox's code, may be land from 1050 m on in GSI's.
 const HIGH_M: f32 = 500.0;
 
-/// The spacing and the place of pictures, which help to tell encodings apart.
+/// The spacing and the place of pictures, which help to distinguish encodings.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PlaceHints {
     /// Distance between samples on the ground in metres.

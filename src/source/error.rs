@@ -67,7 +67,7 @@ pub enum SourceError {
         /// The unsupported feature, for example "compression JPEG 2000 (34712)".
         what: String,
     },
-    /// The file is a picture of something other than what was to be read.
+    /// The file is a picture of something other than the expected values.
     #[error("{}: holds {what}, not {holds}{}", named(path), way_out(what, *holds))]
     NotHeights {
         path: PathBuf,

@@ -20,7 +20,7 @@ pub enum Kind {
     Folder,
 }
 
-/// Returns what is at a path.
+/// Returns the kind of file or folder at a path.
 #[must_use]
 pub fn kind_of(path: &Path) -> Kind {
     match path {
@@ -54,7 +54,7 @@ pub fn members(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     }
 }
 
-/// Returns the pictures of a folder and of its direct subfolders that are no height files, each with what it is as the
+/// Returns the pictures of a folder and of its direct subfolders that are not height files, each with its kind as the
 /// end of a sentence. Pictures inside a GeoTIFF are not among them.
 pub(crate) fn pictures(folder: &Path) -> Vec<(PathBuf, &'static str)> {
     let all = |folder: &Path| entries(folder).unwrap_or_default();
@@ -103,8 +103,8 @@ pub(super) fn is_member(path: &Path) -> bool {
     match format::of(path, &options) {
         // The folder may contain pictures that hachure drew of it.
         Ok(Format::Png) if is_drawing(path) => false,
-        // The folder may contain photographs and textures; only the pixels distinguish them from terrain-RGB.
-        // Numbers whose encoding is not known are heights; opening them says so.
+        // The folder may contain photographs and textures; only the pixels distinguish them from terrain-RGB. Numbers
+        // whose encoding is not known count as heights; opening them reports the unknown encoding.
         Ok(Format::Png) => {
             let opened = sidecar::RasterInfo::of(path, &options)
                 .and_then(|info| guarded(path, || png16::open(path, &info, &options)));

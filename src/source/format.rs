@@ -163,7 +163,7 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if ending == "hgt" || is_tile {
         return Ok(Format::Hgt);
     }
-    // The sidecar file of these describes what is inside, or the tiles.
+    // The sidecar file of these describes the content, or the tiles.
     if archive::is_gzip(&head) && ["gz", "tgz"].contains(&&*ending) {
         return Ok(Format::Container(Container::Gzip));
     }

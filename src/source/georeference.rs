@@ -267,7 +267,7 @@ mod tests {
     fn unknown_units_are_a_warning() {
         let crs = |keys: &[[u16; 2]]| with_warnings(|| crs_from_keys(&short_keys(keys), "a.tif").unwrap());
         let (model, projected, geographic) = (key::MODEL_TYPE, key::PROJECTED_CRS, key::GEOGRAPHIC_CRS);
-        // A user-defined unit needs a size, and 9999 is no unit.
+        // A user-defined unit needs a size, and 9999 does not name a unit.
         for code in [9999, USER_DEFINED] {
             let (linear, warnings) = crs(&[[model, 1], [projected, 26730], [key::LINEAR_UNITS, code]]);
             let foot = 1200.0 / 3937.0;

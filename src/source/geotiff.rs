@@ -282,7 +282,7 @@ const TAG_NAMES: [(u16, &str); 4] =
 fn plain(error: TiffError) -> TiffError {
     let is_of_program = |words: &str| words.contains("usize") || words.contains("budget");
     let words = match &error {
-        // A feature that is not supported is no damage. An error of the file system may name any file.
+        // An unsupported feature is not damage. An error of the file system may name any file.
         TiffError::DecompressionFailed { reason, .. } if reason.contains("nsupported") => return error,
         TiffError::Io(..) => return error,
         TiffError::DecompressionFailed { index, reason } => {

@@ -1,4 +1,4 @@
-//! Checks what a TIFF's header claims before anything of that size is allocated or decoded.
+//! Checks the claims of a TIFF's header before anything of the claimed size is allocated or decoded.
 
 use std::path::Path;
 

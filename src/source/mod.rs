@@ -117,7 +117,7 @@ pub trait Progress: Sync {
     /// Reports that `what` is in progress; `done` runs from 0 to 1. Called now and then, from any thread.
     fn report(&self, what: &str, done: f32);
 
-    /// Returns whether the work is to stop. A bake then ends with an error; what it needs to continue stays.
+    /// Returns whether the work is to stop. A bake then ends with an error; the files that it needs to continue stay.
     fn stop(&self) -> &AtomicBool {
         &NEVER
     }
@@ -208,7 +208,7 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
     match format {
         // A picture's own options depend on its colours.
         Format::Png => {}
-        // What is inside says which options apply.
+        // The content decides which options apply.
         Format::Container(_) => {}
         Format::Exr => options.warn_unused(path, name, &["--spacing", "--height-scale", "--height-offset"]),
         Format::Raw => options.warn_unused(

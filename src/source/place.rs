@@ -62,7 +62,8 @@ pub(super) fn locate(
     Ok(georeference)
 }
 
-/// Returns what the heights of a reader depend on: its files with their sizes and modification times, and `options`.
+/// Returns a text that identifies the heights of a reader: its files with their sizes and modification times, and
+/// `options`.
 pub(super) fn identity(files: &[&Path], options: &str) -> String {
     let mut text = String::new();
     for file in files {

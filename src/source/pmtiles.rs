@@ -101,7 +101,7 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<TileSetReader, 
     TileSetReader::open(path, &info, TileLevel { zoom: zoom.into(), tiles, store, rows, identity })
 }
 
-/// Returns what the metadata declares. It is optional and gives only the encoding, so that damage is a warning.
+/// Returns the declarations of the metadata. It is optional and gives only the encoding, so that damage is a warning.
 fn described(path: &Path, metadata: PmtResult<String>) -> Result<Option<TileJson>, SourceError> {
     let cause = match metadata {
         // The archive has none.

@@ -256,7 +256,7 @@ impl BandMetadata {
         }
     }
 
-    /// Warns if the unit is none that is known, so that heights are taken as metres.
+    /// Warns if the unit is unknown, so that heights are taken as metres.
     pub(super) fn warn_of_unit(&self, path: &Path) {
         if let Some(unit) = self.unit.as_deref().filter(|unit| !unit.is_empty() && self.metres_per_unit().is_none()) {
             tracing::warn!("{}: unknown unit of heights {}; taken as metres", path.display(), quoted(unit));

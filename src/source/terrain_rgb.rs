@@ -37,7 +37,7 @@ pub(super) struct ColourEncoding {
 }
 
 impl ColourEncoding {
-    /// Returns an encoding with its own numbers, as far as none are given.
+    /// Returns an encoding, with its usual numbers for those that are not given.
     pub(super) fn new(encoding: Encoding, interval_m: Option<f64>, base_m: Option<f64>) -> Self {
         let [own_interval_m, own_base_m] = encoding.steps_m();
         Self {

@@ -172,7 +172,7 @@ fn geographic(keys: &GeoKeys, radians_per_unit: f64, ellipsoid: Option<[f64; 2]>
     ))
 }
 
-/// Removes characters that must not be in a name: quotes would end it, and readers disagree about characters beyond
+/// Removes characters that must not be in a name: quotes would end it, and readers disagree about characters other than
 /// ASCII.
 fn quoted(name: &str) -> String {
     name.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').map(|c| if c == '"' { '\'' } else { c }).collect()

@@ -1,6 +1,6 @@
 //! XYZ: one line per point with easting, northing and height. The points must form a complete regular grid by rows, as
 //! GDAL and mapping agencies write it. Separators are spaces, tabs, commas or semicolons; the first line may hold
-//! names, which say the order of the columns. Numbers may have decimal commas, unless commas separate them.
+//! names, which give the order of the columns. Numbers may have decimal commas, unless commas separate them.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};

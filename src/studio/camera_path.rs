@@ -64,7 +64,7 @@ impl PathDocument {
     /// ground in metres.
     ///
     /// # Errors
-    /// Those of [`CameraPath::read_on_ground`].
+    /// The errors of [`CameraPath::read_on_ground`].
     pub(crate) fn of_text(
         name: &str,
         path: Option<PathBuf>,

@@ -100,7 +100,7 @@ impl StyleDocument {
             return;
         }
         let text = saved.to_owned();
-        // What was saved is valid, unless a recipe has gone since; then there is no position 0.
+        // The saved style is valid, unless a recipe has disappeared since; then there is no position 0.
         self.controls.saved = self.parsed_edit(&text).ok().map(|style| {
             let amounts = amounts(&sections(&style)).collect();
             Saved { text, style, amounts }

@@ -1,4 +1,4 @@
-//! A style that is being edited: its text, what the text says, its history, and its file.
+//! A style that is being edited: its text, the parsed style, its history, and its file.
 //!
 //! The text is always that of a valid style: an edit that would make it invalid is refused, and its error says why.
 
@@ -156,8 +156,8 @@ impl StyleDocument {
         self.sections.iter().flat_map(|section| &section.rows).find(|row| row.key == key)
     }
 
-    /// Returns the values that turn the style that is saved into the present one; `None` if values alone do not, because
-    /// layers were added, removed or moved.
+    /// Returns the values that turn the style that is saved into the current one; `None` if values alone do not,
+    /// because layers were added, removed or moved.
     pub(crate) fn set_values(&self) -> Option<Vec<SetValue>> {
         let saved: DocumentMut = self.saved.parse().ok()?;
         let rows = self.sections.iter().flat_map(|section| &section.rows);
@@ -311,13 +311,13 @@ impl StyleDocument {
         self.change(text, None, |_| step.to_owned())
     }
 
-    /// Handles a change of the style's files. `text` is the present text of the style file; a preset has none.
+    /// Handles a change of the style's files. `text` is the current text of the style file; a preset has none.
     ///
     /// # Errors
     /// The files are not valid; the last valid style stays.
     pub(crate) fn reload(&mut self, text: Option<String>) -> Result<Reloaded, StyleError> {
         if let Some(text) = text.filter(|text| text != self.file_text()) {
-            // Errors are found before somebody decides for the file.
+            // Errors are found before the user decides for the file.
             self.parsed(&text)?;
             let is_new = self.text != whole(&self.name, &text)?;
             if self.is_edited() && is_new {
@@ -409,7 +409,7 @@ impl StyleDocument {
         self.find_positions();
     }
 
-    /// Returns a parameter and its present value in words: "Strokes: width 1.2 px".
+    /// Returns a parameter and its current value in words: "Strokes: width 1.2 px".
     fn named(&self, key: &str) -> String {
         let section = self.sections.iter().find(|section| section.rows.iter().any(|row| row.key == key));
         let row = section.and_then(|section| section.rows.iter().find(|row| row.key == key));
@@ -439,9 +439,9 @@ impl Extends {
 /// The result of reading the files of a document again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Reloaded {
-    /// Nothing: the files say what the document says.
+    /// No change: the files agree with the document.
     Unchanged,
-    /// The document says what the files say now.
+    /// The document has taken over the new content of the files.
     Changed,
     /// The file has this text, but the document has edits that are not saved; they stay.
     Conflict(String),

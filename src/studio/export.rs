@@ -1,4 +1,4 @@
-//! Exports: what the export dialog of a window asks for, as a command line of `hachure render` and as a page.
+//! Exports: the requests of a window's export dialog, as command lines of `hachure render` and as pages.
 //!
 //! An export is nothing but that command line: the window runs it as it is shown, so both draw the same.
 
@@ -63,14 +63,14 @@ impl Kind {
     }
 }
 
-/// The present view of a window.
+/// The current view of a window.
 #[derive(Clone, Debug)]
 pub(crate) struct ShownView {
-    /// How the window's picture is drawn; its style has no edits that are not saved.
+    /// The imprint of the window's picture. Its style is the saved one, without unsaved edits.
     pub imprint: Imprint,
     /// Name of the preset or path of the style file.
     pub style: String,
-    /// The values that its edits which are not saved give to parameters.
+    /// The values that unsaved edits of the style give to parameters.
     pub set: Vec<SetValue>,
     /// Whether a scene may name files outside of its folder.
     pub trusts_scene: bool,
@@ -202,7 +202,7 @@ impl Export {
         expand_home(&self.output)
     }
 
-    /// Returns why the export cannot run, in one line. What only `render` knows is reported by it.
+    /// Returns why the export cannot run, in one line. Errors that only `render` can find are reported by `render`.
     pub(crate) fn refusal(&self) -> Option<String> {
         let output = self.output_path();
         let output = Path::new(&output);

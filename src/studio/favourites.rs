@@ -92,7 +92,7 @@ mod tests {
         let text = std::fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("# mine\n") && text.contains("key = 3"), "{text}");
         assert_eq!(Favourites::of_file(Some(path.clone())).get(2), None);
-        // Planted: a file that is no TOML, and a digit that there is not.
+        // Planted: a file that is not TOML, and a digit that does not exist.
         atomic::write(&path, b"favourites = [").unwrap();
         assert_eq!(Favourites::of_file(Some(path)).get(0), Some("ink"));
         assert_eq!(favourites.get(9), None);

@@ -7,7 +7,7 @@ use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::{toml_text, unnamed};
 use crate::scene::embedded;
 
-/// Bytes at the beginning of a CSV file in which its header is looked for.
+/// Bytes at the beginning of a CSV file that are searched for its header.
 const HEAD_BYTES: usize = 1 << 14;
 
 /// The use of a file that is dropped or chosen, by its name and content.
@@ -15,7 +15,7 @@ const HEAD_BYTES: usize = 1 << 14;
 pub(crate) enum FileKind {
     /// A scene, a DEM, a folder, a baked pyramid, a model, or an address: its world is shown.
     World,
-    /// A style file: the present world is drawn with it.
+    /// A style file: the current world is drawn with it.
     Style,
     /// A camera path: it is flown.
     CameraPath,

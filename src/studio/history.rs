@@ -3,8 +3,8 @@
 //! A step holds the whole text before it: styles have a few thousand bytes, so that 200 steps need less than a megabyte,
 //! and undoing is exact, comments included. Of long camera paths fewer steps are kept.
 //!
-//! Each step has a number from one order of time over all histories ([`next_turn`]), so that whoever shows several of them
-//! can undo what was changed last.
+//! Each step has a number in one order of time over all histories ([`next_turn`]), so that the last change among
+//! several histories can be undone.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -29,7 +29,7 @@ struct Step {
     name: String,
     /// The key that it changes, if it changes only one.
     key: Option<String>,
-    /// When it was made, undone or redone last ([`next_turn`]).
+    /// Position of the last change, undo or redo of the step in the order of all histories ([`next_turn`]).
     turn: u64,
     /// The text on the other side of the step: before it if it can be undone, after it if it can be redone.
     text: String,
@@ -63,14 +63,14 @@ impl History {
         self.is_open = key.is_some();
     }
 
-    /// Ends the open step. A step that has changed nothing in the end is forgotten; `now` is the present text.
+    /// Ends the open step. A step that has changed nothing in the end is forgotten; `now` is the current text.
     pub(super) fn close(&mut self, now: &str) {
         if std::mem::take(&mut self.is_open) && self.undo.last().is_some_and(|last| last.text == now) {
             self.undo.pop();
         }
     }
 
-    /// Undoes the last step: returns its name and the text before it. `now` is the present text.
+    /// Undoes the last step: returns its name and the text before it. `now` is the current text.
     pub(super) fn undo(&mut self, now: &str) -> Option<(String, String)> {
         self.close(now);
         take(&mut self.undo, &mut self.redo, now)

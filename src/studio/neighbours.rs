@@ -1,5 +1,5 @@
 //! Styles that differ from a drawing in one value that switches something on or off. Their pipelines are compiled while
-//! nothing else is, so that an edit that switches a pass need not wait for a compiler.
+//! no other work needs the compiler, so that an edit that switches a pass need not wait for a compiler.
 
 use toml_edit::Value;
 

@@ -16,7 +16,7 @@ const KEY: &str = "recent";
 pub(crate) struct Entry {
     /// Path of the file, an address, or the name of a built-in scene or camera path.
     pub name: String,
-    /// Why it cannot be opened now; `None` if it probably can.
+    /// The reason why the file cannot be opened now; `None` if it probably can.
     pub missing: Option<String>,
 }
 

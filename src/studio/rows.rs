@@ -27,17 +27,17 @@ pub(crate) struct Section {
 /// The role of a section in the style.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// It is always there.
+    /// A section that every style has.
     Always,
-    /// It is an ink layer: its index from the bottom, and whether the style may have another one of its kind.
+    /// An ink layer: its index from the bottom, and whether the style may have another one of its kind.
     Layer { index: usize, may_repeat: bool },
-    /// It is part of the layer or section before it.
+    /// A part of the layer or section before it.
     Within,
-    /// It is optional, and there.
+    /// An optional section that the style has.
     Optional,
-    /// It is optional, and not there; it has no rows.
+    /// An optional section that the style lacks; it has no rows.
     Absent,
-    /// It is an entry of a list: the key of the list, and its index.
+    /// An entry of a list: the key of the list, and the index in it.
     Entry { list: String, index: usize },
 }
 
@@ -50,9 +50,9 @@ pub(crate) struct Row {
     pub label: String,
     /// Key, help, unit, range and default of the parameter.
     pub definition: Definition,
-    /// The present value; `None` if an optional one is not given.
+    /// The current value; `None` if an optional one is not given.
     pub value: Option<Value>,
-    /// Why the parameter has no effect in this style, if it has none.
+    /// The reason why the parameter has no effect in this style, if it has none.
     pub without_effect: Option<&'static str>,
 }
 

@@ -27,7 +27,7 @@ pub(super) fn list(path: &Path, key: &str) -> Option<Vec<String>> {
 /// Writes a list of texts, and keeps everything else in the file.
 ///
 /// # Errors
-/// Those of [`change`].
+/// The errors of [`change`].
 pub(super) fn set_list<'a>(path: &Path, key: &str, texts: impl Iterator<Item = &'a str>) -> Result<(), String> {
     let list: Array = texts.collect();
     change(path, |settings| match settings.get_mut(key) {
@@ -37,7 +37,8 @@ pub(super) fn set_list<'a>(path: &Path, key: &str, texts: impl Iterator<Item = &
     })
 }
 
-/// Changes the settings file. A file that cannot be read, or that is not valid, is never replaced: somebody wrote it.
+/// Changes the settings file. A file that cannot be read, or that is not valid, is never replaced: a user may have
+/// written it.
 ///
 /// # Errors
 /// One line with the file and the cause, if the file is not valid or cannot be written.

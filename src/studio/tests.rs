@@ -42,7 +42,7 @@ fn values_alone_are_a_command_line_and_other_edits_are_not() {
         for _ in 0..6 {
             let row = &keys[random.below(keys.len())];
             let value = random.value(row);
-            // What is not allowed changes nothing.
+            // An edit that is not allowed changes nothing.
             let _ = document.set(&row.key, value);
         }
         if !document.is_edited() {
@@ -157,7 +157,7 @@ fn a_thousand_random_edits_are_what_the_file_says() {
             };
             match done {
                 Ok(()) => taken += 1,
-                // What is refused changes nothing, and says why in one line.
+                // A refused edit changes nothing, and its error gives the reason in one line.
                 Err(error) => {
                     refused += 1;
                     assert!(!error.to_string().contains('\n'), "{error}");
@@ -262,10 +262,10 @@ fn a_default_is_restored_and_comments_stay() {
     document.restore("strokes.taper_px").unwrap();
     assert_eq!(document.text(), text.replace("crowd = 0.07", "crowd = 1.0").replace("taper_px = 24.0\n", ""));
     assert_eq!(document.style().strokes().unwrap().taper_px, 0.0);
-    // What is required has no default.
+    // A required parameter has no default.
     let error = document.restore("strokes.width_px").unwrap_err().to_string();
     assert!(error.contains("width_px") && document.style().strokes().unwrap().width_px == 2.2, "{error}");
-    // What is not given is already the default.
+    // A parameter that is not given already has its default.
     let before = document.text().to_owned();
     document.restore("paper.margin_px").unwrap();
     document.restore("strokes.crease_deg").unwrap();

@@ -50,7 +50,7 @@ impl Unsaved {
         self.keep_text(&full_name(document), document.is_edited().then(|| document.text()));
     }
 
-    /// Keeps the text of what has a name that does not depend on the current folder, or removes what was kept.
+    /// Keeps a text under a name that does not depend on the current folder, or removes the kept one.
     pub(super) fn keep_text(&self, name: &str, text: Option<&str>) {
         let (Some(path), Some(jobs)) = (self.path(name), &self.jobs) else { return };
         let text = text.map(|text| format!("{}{text}", first_line(name)));

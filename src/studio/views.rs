@@ -135,7 +135,7 @@ fn text<'a>(table: &'a Table, key: &str) -> Option<&'a str> {
 fn view(table: &Table) -> Option<NamedView> {
     let name = text(table, "name")?.chars().take(LONGEST).collect();
     let camera: Camera = text(table, "camera")?.parse().ok()?;
-    // Without the ground, nobody knows how high it is.
+    // Without the ground, the height above it is unknown.
     (!camera.height_above_ground).then_some(NamedView { name, camera })
 }
 

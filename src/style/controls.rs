@@ -330,11 +330,11 @@ pub(crate) struct Driven {
     pub definition: Definition,
     /// The value at the position 0; `None` if what is saved has no such parameter.
     pub base: Option<Amount>,
-    /// The present value.
+    /// The current value.
     pub now: Amount,
 }
 
-/// Returns the position of a control: that from which the present values of its parameters have come, or nearly so. Of
+/// Returns the position of a control: that from which the current values of its parameters have come, or nearly so. Of
 /// several positions that fit alike, the one nearest to `expected` is returned.
 pub(crate) fn position(driven: &[Driven], expected: i8) -> i8 {
     let read = driven.iter().filter(|one| one.rule.is_read);

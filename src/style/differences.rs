@@ -1,7 +1,7 @@
 //! Writes a style as its differences from a preset ([`extends`](super::extends)).
 //!
-//! A file that is written again changes only where the style has changed since: what the file says already stays as it
-//! is, with its comments and the form of its numbers.
+//! A file that is written again changes only where the style has changed since: its other text stays as it is, with its
+//! comments and the form of its numbers.
 
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, TableLike, Value, value};
 
@@ -16,7 +16,7 @@ pub(crate) fn nearest_preset(name: &str, text: &str) -> Option<&'static str> {
     names().into_iter().min_by_key(length)
 }
 
-/// The same table of the preset, of the style as the file described it, and of the style as it is now.
+/// One table in three versions: that of the preset, that of the file's earlier style, and that of the current style.
 #[derive(Clone, Copy)]
 struct Tables<'a> {
     preset: Option<&'a Table>,
@@ -24,7 +24,7 @@ struct Tables<'a> {
     now: &'a Table,
 }
 
-/// Returns the text of a file that extends a preset and describes the style of `text`. `file` is the present text of
+/// Returns the text of a file that extends a preset and describes the style of `text`. `file` is the current text of
 /// the file, which extends the same preset, if there is one.
 ///
 /// # Errors
@@ -45,7 +45,7 @@ pub(crate) fn written(name: &str, preset: &str, text: &str, file: Option<&str>) 
     let tables = Tables { preset: Some(&preset_item), before: before_item.as_ref(), now: &now };
     update(document.as_table_mut(), tables, "", &mut gone);
     update_layers(&mut document, [&of_preset, before.as_ref().unwrap_or(&of_preset), &style], &mut gone);
-    // What the preset has only by default is not in its text, and needs no mention.
+    // Values that the preset has only by default are not in its text, and need no mention.
     let whole: DocumentMut = preset_text(preset).unwrap_or_default().parse().unwrap_or_default();
     gone.retain(|key| find(whole.as_item(), key).is_some());
     set_list(&mut document, WITHOUT, &gone);

@@ -41,7 +41,7 @@ impl Style {
     /// and environment maps are read from files.
     ///
     /// # Errors
-    /// As [`Style::parse`]; a recipe that is neither in `recipes` nor built in is unknown.
+    /// The errors of [`Style::parse`]; a recipe that is neither in `recipes` nor built in is unknown.
     pub(crate) fn parse_with(name: &str, text: &str, recipes: &StyleFiles) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
         style.complete(RecipeSource::Embedded(recipes)).map_err(|(_, error)| error)?;

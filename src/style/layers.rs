@@ -88,7 +88,7 @@ macro_rules! layer_kinds {
                 }
             }
 
-            /// Returns the layer as what it is to the rest of the program, whatever its kind.
+            /// Returns the layer in the form that the rest of the program uses for all kinds.
             pub(crate) fn behaviour(&self) -> &dyn LayerBehaviour {
                 match self {
                     $(Self::$kind(layer) => layer,)+

@@ -392,7 +392,7 @@ pub fn with_value(name: &str, text: &str, key: &str, value: impl Into<toml_edit:
     Ok(parameters::set::<Style>(name, text, key, value)?)
 }
 
-/// Returns the text of a style with its sections as `[[layers]]`, the present form; comments and all other text stay.
+/// Returns the text of a style with its sections as `[[layers]]`, the current form; comments and all other text stay.
 ///
 /// # Errors
 /// [`StyleError`] of a text that is not a valid style.

@@ -25,7 +25,8 @@ impl Style {
         style
     }
 
-    /// Returns a phrase that lists what [`Style::scaled`] cannot scale in this style; `None` if it scales everything.
+    /// Returns a phrase that lists the parts of this style that [`Style::scaled`] cannot scale; `None` if it scales
+    /// everything.
     pub(crate) fn unscaled(&self) -> Option<String> {
         let of_layers = self.layers.iter().filter_map(|layer| Some((layer.behaviour().unscaled()?, true)));
         let of_style = [

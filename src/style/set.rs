@@ -44,7 +44,7 @@ pub(crate) fn value_of(kind: Option<&ValueKind>, text: &str) -> Value {
     }
 }
 
-/// Returns the text of a style file with other values at some keys. `style` is what the text says.
+/// Returns the text of a style file with other values at some keys. `style` is the style that the text describes.
 ///
 /// # Errors
 /// A key that no parameter has, or the index of a list entry that does not exist. Values are only checked when the text
@@ -91,7 +91,7 @@ mod tests {
         });
         assert_eq!(strokes, Some(3.5));
         assert_ne!(changed.paper, style.paper);
-        // Planted: what is not set stays.
+        // Planted: a parameter that is not set stays.
         assert_eq!(set(&[]).unwrap(), style);
         let error = set(&["strokes.widht_px=3"]).unwrap_err().to_string();
         assert!(error.contains("widht_px") && error.contains("width_px"), "{error}");

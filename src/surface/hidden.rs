@@ -20,7 +20,7 @@ const DRAW: Draw = Draw {
     ..Draw::triangles("surface/hidden")
 };
 
-/// The same without surface ids.
+/// The pass without surface ids.
 const DEPTH: Draw = Draw { fragment: "", colors: [None, None, None, None, None], ..DRAW };
 
 /// The area of an eye's picture that is not visible.

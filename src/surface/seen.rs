@@ -99,7 +99,7 @@ mod tests {
         let lost = 16 - bits;
         let turned = |n: Vec3| {
             let [word, lightness] = words_of(n.extend(0.25).to_array());
-            // The middle, 0x8000, and both ends of what is left stay what they are.
+            // The middle, 0x8000, and both ends of the remaining range are unchanged.
             let shortened = |part: u32| (((part.wrapping_sub(0x8000) as i32) >> lost << lost) + 0x8000).max(1) as u32;
             let word = shortened(word & 0xffff) | shortened(word >> 16) << 16;
             let [x, y, z, left] = surface_of([word, lightness]);

@@ -59,7 +59,7 @@ fn a_dry_view_is_drawn_without_passes_of_water_to_the_bit() {
     let (with, runs_anew) = frame(&mut world, &mut fresh, &moved);
     assert!(!runs && runs_anew && with == without);
 
-    // The sea comes: the maps are computed anew, and are not known to be dry.
+    // The sea is switched on: the maps are recomputed, and are not known to be dry.
     world.surfaces.set_sea_level(Some(430.0));
     let (flooded, runs) = settled(&mut world, &mut renderer, &view);
     assert!(runs);

@@ -110,14 +110,14 @@ impl Flight {
         }
     }
 
-    /// Returns whether the store has delivered all that it may, or all that is wanted.
+    /// Returns whether the store has delivered as many tiles as it may, or all that are requested.
     fn has_delivered(&self) -> bool {
         let [queued, under_way] = self.terrain.tiles_queued_and_under_way();
         // Without grants, the one thread that reads waits with a tile.
         if self.store.left() == 0 { under_way <= 1 } else { queued + under_way == 0 }
     }
 
-    /// Draws frames from one camera until none is late; returns whether that was so within `most` frames.
+    /// Draws frames from one camera until none is late; returns whether this happened within `most` frames.
     fn settle(&mut self, camera: &Camera, most: usize) -> bool {
         (0..most).any(|i| !self.frame(camera).is_late && i > 2)
     }

@@ -95,7 +95,7 @@ fn standing(tree: &DrawnTree) -> (Vec<DVec3>, Vec<MeshEdge>) {
     (own.iter().map(at).collect(), edges(&own))
 }
 
-/// Returns the distance up to which a tree is not drawn: all of the tree is hidden if its trunk is too near.
+/// Returns the distance up to which a tree is not drawn: the whole tree is left out if its trunk is too near.
 fn clear_m(tree: &DrawnTree) -> f64 {
     let foot_m = Vec3::from(tree.instance.flat_m).as_dvec3();
     let height_m = f64::from(tree.instance.height_m);

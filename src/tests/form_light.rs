@@ -167,7 +167,7 @@ fn level_land_is_paper() {
             style.paper.grain = 0.0;
             if !level {
                 style.light.level_deg = 0.0;
-                // Nor may it be white because the light is strong.
+                // The land must not be white merely because the light is strong, either.
                 style.light.exposure = 1.0;
                 style
                     .lowest_cuts_mut()

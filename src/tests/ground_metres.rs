@@ -206,7 +206,7 @@ fn world_metres_are_ground_metres_within_the_stated_bound() {
 
 #[test]
 fn a_stated_bound_is_reached() {
-    // Where the scale varies most, the bound is not much larger than what is found.
+    // Where the scale varies most, the bound is not much larger than the measured error.
     for (system, latitude) in [(&SYSTEMS[0], 71.0), (&SYSTEMS[4], 60.0), (&SYSTEMS[13], 0.5)] {
         let georeference = system.grid(latitude, 30_000.0);
         let mapping = WorldMapping::new(&georeference, SIDE, SIDE).unwrap();
@@ -275,7 +275,7 @@ fn a_picture_has_the_reference_system_of_its_pixels() {
         let mapping = WorldMapping::new(&world, SIDE, SIDE).unwrap();
         let (first_m, pixel_m) = (DVec2::new(-3000.0, 4000.0), 50.0);
         let picture = mapping.picture_georeference(&world, first_m, pixel_m);
-        // Another program reads the text beside the picture.
+        // Another program reads the sidecar text of the picture.
         let keys = read_again(&picture);
         let projection = EarthProjection::of(&keys).unwrap();
         for [column, row] in [[0.0, 0.0], [120.0, 0.0], [0.0, 160.0], [120.0, 160.0]] {

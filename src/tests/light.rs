@@ -346,7 +346,7 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
         let back = drawing(&mut world, &mut renderer, &style, &light, pose);
         assert_eq!((back.jobs, back.late, &back.tone), (0, false, &settled.tone), "back again");
     }
-    // Planted error: maps that count as made and are not.
+    // Planted error: maps that count as built but are not.
     let mut world = streamed();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let (lost, ..) = settle(&mut world, &mut renderer, &style, &light, true);

@@ -57,7 +57,7 @@ fn tile_differences(a: &LoadedTile, b: &LoadedTile) -> Vec<&'static str> {
     differences
 }
 
-/// Returns everything that differs between two stores, bit for bit: what it is, and its level.
+/// Returns the differences between two stores, bit for bit: the kind of each, and its level.
 fn differences(a: &Arc<dyn TileStore>, b: &Arc<dyn TileStore>) -> Vec<(&'static str, u32)> {
     assert_eq!((a.levels(), a.is_measured()), (b.levels(), b.is_measured()));
     assert_eq!(a.georeference(), b.georeference());

@@ -23,8 +23,8 @@ use hachure::tiles::terrain::KEEP_MAPS_FRAMES;
 const SIZE_PX: [u32; 2] = [96, 54];
 /// Least size of the maps of one kind of a tile, in bytes.
 const MAP_BYTES: u64 = 60_000;
-/// Frames from which on what they did not use is released: fewer than [`KEEP_FRAMES`], because those that are drawn
-/// afterwards use it again.
+/// Number of frames after which resources that they did not use are released: fewer than [`KEEP_FRAMES`], because the
+/// frames drawn afterwards use them again.
 const IDLE_FRAMES: u64 = KEEP_FRAMES - 4;
 /// Memory of a renderer that no pass binds, such as readbacks and alignment: at most this many bytes and this share.
 const UNBOUND: (u64, f64) = (1 << 16, 0.05);
@@ -159,7 +159,7 @@ impl Place {
         let mut world = World::on_own_device(grid, 1.0)?;
         let pose = world.pose("900,-900,+120,315,-8,60");
         let poses = [pose, Pose { position_m: pose.position_m + DVec3::X * 0.01, ..pose }];
-        // What all frames share is there before anything is measured.
+        // Resources that all frames share are created before anything is measured.
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         draw(&world.gpu, &mut world.surfaces, &mut renderer, &View::whole(pose, pose, SIZE_PX), &bare(), &north_west());
         drop(renderer);
@@ -181,7 +181,8 @@ impl Place {
         views.iter().map(frame).collect()
     }
 
-    /// Draws a style until everything is released that it does not need, and returns what its frames then need.
+    /// Draws a style until all resources that it does not need are released, and returns the resources that its frames
+    /// then need.
     fn settled(&mut self, renderer: &mut Renderer, style: &Style) -> Need {
         self.forget_maps();
         for _ in 0..3 {
@@ -249,7 +250,8 @@ fn never_with(preset: &str, key: &str) -> Style {
     Style::parse(preset, &document.to_string()).unwrap()
 }
 
-/// Removes parts from a preset one by one, and checks what its frames need. Returns the parts that were removed.
+/// Removes parts from a preset one by one, and checks the resources that its frames need. Returns the parts that were
+/// removed.
 fn remove_parts(
     place: &mut Place,
     preset: &str,

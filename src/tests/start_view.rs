@@ -37,7 +37,7 @@ struct Shown {
     level: f64,
 }
 
-/// A land with a place that is to be seen, by default its highest one.
+/// A land with the place that the start view must show, by default the highest one.
 struct Known {
     name: &'static str,
     land: Land,
@@ -109,7 +109,7 @@ fn radar(x: f64, y: f64) -> f64 {
     mountain.max(hill).max(300.0 + 20.0 * (x / 400.0).sin() * (y / 500.0).cos())
 }
 
-/// A ridge with ribs beside a plain.
+/// A ridge with ribs next to a plain.
 fn scarp(x: f64, y: f64) -> f64 {
     let away = (y + 3000.0 + 0.05 * x).abs();
     let rib = 70.0 * (x / 160.0).sin() * (away / 900.0).min(1.0) * (1.0 - away / 1300.0).max(0.0);
@@ -253,7 +253,7 @@ fn faults_of_views_are_found() {
     fault(&|camera| camera.position_m.z = 150.0, "the summit is hidden");
     let beside: Camera = "5800,4500,900,215,-10,45".parse().unwrap();
     fault(&|camera| *camera = beside, "an empty foreground");
-    // The view of the whole extent from the south that was chosen before has the summit beside the middle.
+    // The view of the whole extent from the south that was chosen before has the summit off centre.
     let from_south = Camera { position_m: DVec3::new(0.0, -5040.0, 1810.0), yaw_deg: 0.0, pitch_deg: -9.0, ..good };
     assert!(!faults(&shown(&world, cone, &from_south, summit_m), 1.0).is_empty());
 }

@@ -196,7 +196,7 @@ fn cached_maps_equal_rebuilt_maps() {
     let differ = differing(kept.iter(), rebuilt.iter());
     println!("{differ} pixels differ after a flight");
     assert!(differ < 20);
-    // Planted: maps that count as built and are not.
+    // Planted: maps that count as built but are not.
     let Some((lost, _)) = flown(true) else { return };
     assert!(differing(lost.iter(), rebuilt.iter()) > 200);
 }

@@ -20,18 +20,18 @@ pub(crate) const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
 /// The arrival of a tile on the GPU.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// The slot of the tile, or [`Arrival::NO_SLOT`] for what is always there.
+    /// The slot of the tile, or [`Arrival::NO_SLOT`] for tiles that are always loaded.
     pub(super) slot: u32,
     /// The number of the arrival: another tile in that slot has another number.
     pub(super) number: u64,
-    /// Time of the arrival, in seconds of the terrain's clock; negative infinity for what does not fade in.
+    /// Time of the arrival, in seconds of the terrain's clock; negative infinity for tiles that do not fade in.
     pub(super) at_s: f64,
 }
 
 impl Arrival {
-    /// The slot of what is always there.
+    /// The slot number of tiles that are always loaded and need no slot.
     pub(super) const NO_SLOT: u32 = u32::MAX;
-    /// For what is always there.
+    /// The arrival of tiles that are always loaded.
     pub const ALWAYS: Self = Self { slot: Self::NO_SLOT, number: 0, at_s: f64::NEG_INFINITY };
 }
 
@@ -121,9 +121,9 @@ pub(crate) struct Protected {
 /// The frame that uploads tiles.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Upload {
-    /// Its number.
+    /// Number of the frame.
     pub frame: u64,
-    /// Its time, in seconds of the terrain's clock.
+    /// Time of the frame, in seconds of the terrain's clock.
     pub now_s: f64,
     /// Time since the frame before, in seconds.
     pub frame_s: f64,

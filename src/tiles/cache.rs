@@ -18,8 +18,8 @@ pub(crate) const LEAST: usize = 16;
 pub(crate) struct TileCache {
     most: usize,
     tiles: FxHashMap<TileAddress, Entry>,
-    /// The number of the present pass: tiles used in an earlier one are evicted before those used in this one. Frames are
-    /// too coarse a measure, because a frame for a file makes many passes.
+    /// The number of the current pass: tiles used in an earlier one are evicted before those used in this one. Frames
+    /// are too coarse a measure, because a frame for a file makes many passes.
     pass: u64,
 }
 

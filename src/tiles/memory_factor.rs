@@ -10,8 +10,8 @@
 //!
 //! The factor grows while more than [`FULL`] of the slots are needed, and shrinks while the next smaller factor would
 //! need less than [`SPARE`] of them; in between it rests, so that it does not oscillate (after CesiumJS, whose
-//! memory-adjusted screen-space error changes by 2 % a frame). It grows faster than it shrinks, and shrinks
-//! only when the tiles for the smaller factor are there, so that no frame is late because of it. Only if the tiles would
+//! memory-adjusted screen-space error changes by 2 % a frame). It grows faster than it shrinks, and shrinks only when
+//! the tiles for the smaller factor are on the GPU, so that no frame is late because of it. Only if the tiles would
 //! exceed all slots does it jump.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.

@@ -31,7 +31,7 @@ pub(crate) struct LevelRule {
     pub error_px: f64,
     /// The curvature of the earth around this camera.
     pub earth_curvature: EarthCurvature,
-    /// How far the camera may move, in metres, before a tile is needed that was not found.
+    /// Distance in metres that the camera may move before a tile is needed that was not found.
     pub margin_m: f64,
 }
 
@@ -209,10 +209,10 @@ pub(crate) fn is_hidden(
     rule.earth_curvature.bend_bounds(&flat).is_none_or(|bounds| skyline.hides_behind(&bounds, slack))
 }
 
-/// How urgently the children of a tile are needed.
+/// The urgency with which the children of a tile are needed.
 struct Below {
     urgency: f32,
-    /// See [`Needed::factor`].
+    /// Factor from which on the children are not needed ([`Needed::factor`]).
     factor: f32,
 }
 

@@ -45,7 +45,7 @@ pub(crate) struct TableVersion {
     pub residency: u64,
     /// Version of the residency floor.
     pub floor: u64,
-    /// Versions of the maps; `None` while nobody requests them.
+    /// Versions of the maps; `None` while they are not requested.
     pub horizon_maps: Option<u64>,
     pub water_maps: Option<u64>,
 }

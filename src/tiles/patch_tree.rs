@@ -84,7 +84,7 @@ impl PatchTree {
         used.map_or_else(|| Skyline::new(focal_px, is_layered), |used| used.emptied(focal_px, is_layered))
     }
 
-    /// Keeps a skyline that nobody needs, so that the next walk can use its memory.
+    /// Keeps a skyline that is no longer needed, so that the next walk can use its memory.
     pub(super) fn reuse(&mut self, skyline: Skyline) {
         self.used_skyline = Some(skyline);
     }
@@ -132,7 +132,7 @@ impl PatchTree {
         [first, first + 1, first + 2, first + 3]
     }
 
-    /// Returns the state of a patch, with its statistics if its tile is there.
+    /// Returns the state of a patch, with its statistics if its tile is loaded.
     pub(super) fn state(&mut self, id: NodeId, patches: &dyn Patches, grid: &GridProjection) -> PatchState {
         let node = self.node(id);
         match &node.state {
@@ -161,7 +161,7 @@ impl PatchTree {
         self.node(id).box_m
     }
 
-    /// Returns the index of a patch's leaf in this walk, or `None` if it is no leaf.
+    /// Returns the index of a patch's leaf in this walk, or `None` if it is not a leaf.
     pub(super) fn leaf(&self, id: NodeId) -> Option<usize> {
         let mark = self.marks[id as usize];
         (mark.walk == self.walk && mark.leaf != NONE).then_some(mark.leaf as usize)

@@ -17,9 +17,9 @@ use crate::pyramid::{LevelSize, LoadedTile, PyramidError, TileAddress, TileStore
 pub enum PatchState {
     /// The patch exists and its statistics are loaded.
     Loaded {
-        /// Its height range, mesh error and no-data.
+        /// Height range, mesh error and no-data of the patch.
         statistics: PatchStatistics,
-        /// Where and when its tile arrived.
+        /// Slot and time of its tile's arrival on the GPU.
         arrival: Arrival,
     },
     /// The patch exists, but its tile is not loaded.
@@ -122,7 +122,7 @@ fn of_tiles<'a>(
 pub(super) struct SnapshotPatches<'a> {
     /// The source of the tiles.
     pub store: &'a dyn TileStore,
-    /// The tiles.
+    /// The tiles that were on the GPU.
     pub snapshot: &'a Snapshot,
 }
 

@@ -84,7 +84,7 @@ pub(crate) struct Movement {
 pub(crate) struct Ground {
     /// Height in metres.
     pub height_m: f64,
-    /// How far the height may be off, in metres, because finer tiles are missing.
+    /// Largest error of the height, in metres, because finer tiles are missing.
     pub error_m: f64,
 }
 
@@ -148,7 +148,7 @@ pub(crate) struct Residency {
     hits: Hits,
 }
 
-/// How often a tile was at hand when it was wanted, since the start.
+/// Tiles that were or were not on the GPU when they were needed, counted since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Hits {
     /// Number of tiles that were on the GPU when a view began to need them.
@@ -205,8 +205,8 @@ impl Residency {
     }
 
     /// Returns the ground at a grid position, from the finest tile that the view needs and that is in memory. Other
-    /// tiles are in memory by chance, and no picture may depend on them. The result is fine enough once all are there,
-    /// because the tiles of the land in front of the camera extend under it.
+    /// tiles are in memory by chance, and no picture may depend on them. The result is fine enough once all of them are
+    /// in memory, because the tiles of the land in front of the camera extend under it.
     pub(crate) fn ground(&self, grid: DVec2) -> Option<Ground> {
         let levels = self.store.levels();
         let mut is_finest = true;
@@ -267,7 +267,7 @@ impl Residency {
         self.found.as_ref().is_some_and(|found| found.is_exact)
     }
 
-    /// Returns how often tiles were at hand when they were wanted.
+    /// Returns the hits and misses of tiles.
     pub(crate) fn hits(&self) -> Hits {
         self.hits
     }
@@ -289,8 +289,8 @@ impl Residency {
         self.needed.len() as f64 > if self.memory_factor() > 1.0 { FULL * slots } else { slots }
     }
 
-    /// Returns whether the view needs more than a quarter of the slots: then a file must not depend on tiles that are there
-    /// by chance, because those that its mesh requests may not fit.
+    /// Returns whether the view needs more than a quarter of the slots: then a file must not depend on tiles that are
+    /// on the GPU by chance, because those that its mesh requests may not fit.
     pub(crate) fn is_tight(&self) -> bool {
         !self.fits_all && 4 * self.needed.len() > self.atlas.slots() as usize
     }

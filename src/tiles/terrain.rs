@@ -68,7 +68,7 @@ impl Default for TerrainOptions {
     }
 }
 
-/// Number of frames after which maps that nobody requests are dropped.
+/// Number of frames after which maps are dropped if they are not requested.
 pub(crate) const KEEP_MAPS_FRAMES: u64 = 3600;
 
 /// The largest number of samples along a side, up to which f32 counts exactly.
@@ -166,7 +166,7 @@ pub struct Terrain {
     mapping: WorldMapping,
     grid_projection: GridProjection,
     options: TerrainOptions,
-    /// How far below level the horizon is in the last view, in radians; 0 for the earth's own curvature.
+    /// Angle of the horizon below level in the last view, in radians; 0 for the earth's own curvature.
     horizon_rad: f64,
     residency: Residency,
     /// The tiles that the mesh of the last frame missed, with their urgency.
@@ -355,7 +355,7 @@ impl Terrain {
         }
     }
 
-    /// Returns the water maps that the last view's frame can read, or `None` while nobody requests any.
+    /// Returns the water maps that the last view's frame can read, or `None` while none are requested.
     pub(crate) fn water_maps_in_view(&self) -> Option<Vec<MapInView>> {
         Some(self.water_maps.as_ref()?.in_view(&self.residency))
     }
@@ -424,12 +424,12 @@ impl Terrain {
         }
     }
 
-    /// Returns the horizon maps, or `None` while nobody requests them.
+    /// Returns the horizon maps, or `None` while they are not requested.
     pub(crate) fn horizon_maps(&self) -> Option<&HorizonMaps> {
         self.horizon_maps.as_ref()
     }
 
-    /// Returns the water maps, or `None` while nobody requests them.
+    /// Returns the water maps, or `None` while they are not requested.
     pub(crate) fn water_maps(&self) -> Option<&WaterMaps> {
         self.water_maps.as_ref()
     }
@@ -459,8 +459,8 @@ impl Terrain {
         self.buffers.resources(&self.residency.atlas)
     }
 
-    /// Returns the resources that `shaders/shared/horizon_maps.wgsl` needs besides the uniform, or `None` if nobody has
-    /// requested horizon maps.
+    /// Returns the resources that `shaders/shared/horizon_maps.wgsl` needs besides the uniform, or `None` if no horizon
+    /// maps have been requested.
     pub(crate) fn horizon_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.horizon_maps.as_ref()?;
         let [_, levels, rows, tiles, _] = self.resources();
@@ -473,7 +473,8 @@ impl Terrain {
         ])
     }
 
-    /// Returns the resources that `shaders/shared/water_maps.wgsl` needs, or `None` if nobody has requested water maps.
+    /// Returns the resources that `shaders/shared/water_maps.wgsl` needs, or `None` if no water maps have been
+    /// requested.
     pub(crate) fn water_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.water_maps.as_ref()?;
         let [terrain, levels, rows, tiles, _] = self.resources();

@@ -4,7 +4,7 @@ pub(crate) use crate::gpu::wgsl::shared::light::Light as LightUniform;
 use crate::scene;
 use crate::style::{Shading, Style};
 
-/// Land has all of its tone from this multiple of the slope angle up to which it is left as paper.
+/// Multiple of the slope angle up to which land is left as paper; from this multiple on, land has all of its tone.
 const LEVEL_END: f32 = 4.0;
 
 impl LightUniform {

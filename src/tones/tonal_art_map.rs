@@ -90,7 +90,8 @@ impl TonalArtMap {
     /// Returns the map of a recipe from hachure's cache folder, or generates and caches it.
     ///
     /// # Errors
-    /// As [`TonalArtMap::make`]. If the cache folder cannot be read or written, the map is generated without it.
+    /// The errors of [`TonalArtMap::make`]. If the cache folder cannot be read or written, the map is generated without
+    /// it.
     pub(crate) fn cached(recipe: &Recipe) -> Result<Self, StyleError> {
         match crate::pyramid::store::cache_folder(None) {
             Ok(folder) => read_or_make(recipe, &folder.join(FOLDER)),

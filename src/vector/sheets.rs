@@ -27,7 +27,8 @@ const LETTER_MM: f64 = 3.0;
 /// Least distance between the windows of neighbouring sheets.
 const MIN_STEP_MM: f64 = 10.0;
 
-/// Pixels that the sheets may have in all: this many, and this many times those of the poster. An A4 fits on A0.
+/// Largest number of pixels of all sheets together: this many, plus `MAX_RATIO` times the pixels of the poster. A
+/// poster of A0 may be printed on A4.
 const FREE_PX: f64 = 268_435_456.0;
 const MAX_RATIO: f64 = 16.0;
 

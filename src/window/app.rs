@@ -24,7 +24,7 @@ struct App {
 
 /// Connects to the window system; the error is one line on why there is none.
 pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
-    // winit panics if a library of the display is missing. To us that also means that there is no display.
+    // winit panics if a library of the display is missing. That also means that there is no display.
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let made = std::panic::catch_unwind(EventLoop::new);

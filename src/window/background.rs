@@ -1,4 +1,4 @@
-//! Work on a thread of its own. The window is woken when the work ends, in whatever way it ends.
+//! Work on a thread of its own. The window is woken when the work ends, also by an error or a panic.
 
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread::JoinHandle;
@@ -22,10 +22,10 @@ impl<T: Send + 'static> Background<T> {
     ) -> Self {
         let (sender, result) = channel();
         let run = move || {
-            // Dropped last, after the sender, also in a panic: whoever is woken finds the channel closed.
+            // Dropped last, after the sender, also in a panic: the woken thread finds the channel closed.
             let _at_end = AtEnd(wake);
             let sender = sender;
-            // The receiver is gone if nobody wants the result any more.
+            // The receiver has been dropped if the result is no longer needed.
             let _ = sender.send(work());
         };
         // Without a thread the sender is dropped here, and the first look finds no result.

@@ -1,7 +1,7 @@
 //! The views that the camera has left, so that the user can return to them.
 //!
-//! A view counts when the camera has rested there: what is passed on the way to another one is not remembered. Whether it
-//! has is decided when the camera leaves, so no clock has to run while nothing moves.
+//! A view counts when the camera has rested there: views that are passed on the way to another one are not remembered.
+//! Whether it has is decided when the camera leaves, so no clock has to run while nothing moves.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,8 @@ use crate::scene::camera::Camera;
 
 /// Largest number of views in each direction; the oldest is dropped.
 const MAX_VIEWS: usize = 50;
-/// How long the camera stays at a view that is remembered: less between two notches of the wheel, or two presses of a key.
+/// Time at rest after which a view is remembered. It is longer than the time between two notches of the wheel, or two
+/// presses of a key.
 const REST: Duration = Duration::from_millis(400);
 /// Views are nearly equal if they are at most this part of the height above the ground apart,
 const NEAR_PART: f64 = 0.002;
@@ -27,15 +28,15 @@ pub(super) enum ViewStep {
     Forward,
 }
 
-/// The views before and after the present one.
+/// The views before and after the current one.
 #[derive(Clone, Debug)]
 pub(super) struct CameraHistory {
     back: Vec<Camera>,
     forward: Vec<Camera>,
-    /// The view at which the camera has rested last, as it was first seen. Small moves are compared with it, so that many of
-    /// them are a view at last.
+    /// The view at which the camera has rested last, as it was first seen. Small moves are compared with it, so that
+    /// many of them together count as a new view.
     here: Camera,
-    /// The same view after small moves, to which the camera returns.
+    /// The view [`Self::here`] after small moves; the camera returns to it.
     latest: Camera,
     /// The view of the last frame.
     seen: Camera,
@@ -77,7 +78,7 @@ impl CameraHistory {
         (self.here, self.latest) = (self.seen, self.seen);
     }
 
-    /// Returns the previous view, or the next one, from the present view `view`; `None` if there is none.
+    /// Returns the previous view, or the next one, from the current view `view`; `None` if there is none.
     pub(super) fn go(&mut self, step: ViewStep, view: Camera, height_m: f64, now: Instant) -> Option<Camera> {
         self.note(view, true, height_m, now);
         // A view that the camera has just reached can be returned to, too.
@@ -159,7 +160,7 @@ mod tests {
             self.now += Duration::from_secs(1);
             let from = self.view.position_m;
             for step in 1..=4 {
-                // A slow frame is no rest.
+                // A slow frame is not a rest.
                 self.now += Duration::from_secs(1);
                 self.view = Camera { position_m: from.lerp(to.position_m, f64::from(step) / 4.0), ..to };
                 self.history.note(self.view, false, HEIGHT_M, self.now);

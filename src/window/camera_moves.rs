@@ -55,14 +55,14 @@ impl Viewpoint {
         Camera { position_m, height_above_ground: false, yaw_deg, pitch_deg, fov_deg: 45.0 }
     }
 
-    /// Returns the stand at a distance from a place, which is then in the middle of the picture.
+    /// Returns the viewpoint at a distance from a place, which is then in the middle of the picture.
     pub(super) fn before(place_m: DVec3, distance_m: f64, yaw_deg: f64, pitch_deg: f64) -> Self {
         let at_place = Self { position_m: place_m, yaw_deg, pitch_deg };
         Self { position_m: place_m - at_place.axes().forward() * distance_m, ..at_place }
     }
 
-    /// Returns the nearest stand in a direction from which all `corners_m` are in the picture. `lens` are the tangents
-    /// of half the field of view, across and up.
+    /// Returns the nearest viewpoint in a direction from which all `corners_m` are in the picture. `lens` are the
+    /// tangents of half the field of view, across and up.
     pub(super) fn framing(corners_m: &[DVec3], lens: DVec2, yaw_deg: f64, pitch_deg: f64) -> Self {
         let count = corners_m.len().max(1) as f64;
         let middle_m = corners_m.iter().sum::<DVec3>() / count;

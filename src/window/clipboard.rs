@@ -80,7 +80,7 @@ impl Clipboard {
         }
     }
 
-    /// Returns `None`: other systems have no selection that a click pastes.
+    /// Returns `None`: systems other than Linux have no selection that a click pastes.
     #[cfg(not(target_os = "linux"))]
     fn selected(&mut self) -> Option<String> {
         None

@@ -1,4 +1,5 @@
-//! The cost of a frame: a bar of its passes, their memory traffic, memory, tiles, and what budgets gave up.
+//! The cost of a frame: a bar of its passes, their memory traffic, memory, tiles, and the reductions that budgets
+//! caused.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -22,7 +23,7 @@ const MIB: f64 = 1024.0 * 1024.0;
 pub(super) struct Traffic {
     /// Bytes that each pass reads and writes.
     bytes: BTreeMap<&'static str, PassBytes>,
-    /// When it was counted, and for which style.
+    /// Time of the count, and name of the style.
     counted: Option<(Instant, String)>,
 }
 
@@ -124,7 +125,7 @@ fn bar(ui: &mut Ui, passes: &[PassTime], cost: &CostStats<'_>) {
     }
 }
 
-/// Adds memory, tiles, and what budgets gave up.
+/// Adds memory, tiles, and the reductions that budgets caused.
 fn numbers(ui: &mut Ui, stats: &PanelStats<'_>, cost: &CostStats<'_>) {
     let [prepare_ms, record_ms] = cost.cpu_ms;
     row(ui, "CPU: choose tiles", format!("{prepare_ms:.2} ms"));

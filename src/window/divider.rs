@@ -1,4 +1,4 @@
-//! The divider between two styles: the present style is right of it, and another one, or the style before its edits, is
+//! The divider between two styles: the current style is right of it, and another one, or the style before its edits, is
 //! left of it.
 
 use egui::{Align2, Color32, CursorIcon, Id, Key, Order, Rect, Response, RichText, Sense, Ui, pos2, vec2};
@@ -20,7 +20,7 @@ const LEAST: f32 = 0.02;
 /// The style left of the divider.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Left {
-    /// The present style without the edits that are not saved.
+    /// The current style without the edits that are not saved.
     Saved,
     /// A style of the list, by its index.
     Style(usize),
@@ -29,7 +29,7 @@ pub(super) enum Left {
 /// The divider, while it is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Divider {
-    /// Its place, as a part of the window's width from the left.
+    /// Position of the divider from the left, as a fraction of the window's width.
     pub at: f32,
     pub left: Left,
 }
@@ -68,7 +68,7 @@ impl Divider {
             };
             let list = egui::ComboBox::from_id_salt("left of the divider").selected_text(name(self.left));
             let list = list.show_ui(ui, |ui| {
-                // Beside itself, the present style is compared as it is saved.
+                // The current style can only be compared with its saved form.
                 let others = (0..styles.list().len()).filter(|style| *style != present).map(Left::Style);
                 let all = std::iter::once(Left::Saved).chain(others);
                 for left in all {

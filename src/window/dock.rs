@@ -384,7 +384,7 @@ impl Behavior<Pane> for Content<'_> {
     }
 
     fn on_tab_close(&mut self, _: &mut Tiles<Pane>, tile: TileId) -> bool {
-        // It is hidden, and keeps its place.
+        // The panel is hidden, and keeps its place.
         self.closed.push(tile);
         false
     }

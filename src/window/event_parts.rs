@@ -1,8 +1,8 @@
 //! Divides the events of one frame where egui would lose some of them.
 //!
 //! egui sees the mouse once in a frame. If a button is pressed, moved and released between two frames, nothing is
-//! dragged; and of two clicks on two widgets, one is lost. So what follows is kept for the next frame, which comes at
-//! once.
+//! dragged; and of two clicks on two widgets, one is lost. So the events that follow are kept for the next frame, which
+//! comes at once.
 
 use egui::{Event, PointerButton, Pos2};
 

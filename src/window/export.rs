@@ -1,4 +1,4 @@
-//! The export dialog: what is written, on which page, and the command line that does the same.
+//! The export dialog: the kind of output, its page, and the command line that does the same.
 //!
 //! Why: `docs/decisions/exports.md`.
 
@@ -40,9 +40,9 @@ pub(super) enum ExportRequest {
 /// A reason why no command line draws the style of the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// It has edits that are not saved.
+    /// The style has edits that are not saved.
     Edited,
-    /// Some of its layers are not drawn.
+    /// Some layers of the style are not drawn.
     Hidden,
 }
 
@@ -54,7 +54,7 @@ impl Refusal {
         }
     }
 
-    /// Returns the button that removes the reason, and what it asks for.
+    /// Returns the text of the button that removes the reason, and its request.
     fn remedy(self) -> (&'static str, ExportRequest) {
         match self {
             Self::Edited => ("Save the style", ExportRequest::SaveStyle),
@@ -67,13 +67,13 @@ impl Refusal {
 pub(super) struct WindowView<'a> {
     /// The view as it would be drawn.
     pub view: &'a ShownView,
-    /// Why no command line draws it, if none does.
+    /// The reason why no command line draws the view; `None` if one does.
     pub refusal: Option<Refusal>,
     /// Size of the window's picture.
     pub window_px: [u32; 2],
 }
 
-/// The dialog.
+/// The export dialog, open or closed.
 #[derive(Debug)]
 pub(super) struct ExportDialog {
     is_open: bool,
@@ -91,7 +91,7 @@ pub(super) struct ExportDialog {
 /// The question whether files of the user may be replaced. It is void when the options change.
 #[derive(Debug)]
 struct Question {
-    /// The export that was asked about.
+    /// The export about which the user was asked.
     export: Export,
     files: Vec<PathBuf>,
 }
@@ -156,7 +156,7 @@ impl ExportDialog {
         self.is_new = true;
     }
 
-    /// Lays out the dialog and returns what the user asks for.
+    /// Lays out the dialog and returns the user's request.
     pub(super) fn show(&mut self, context: &egui::Context, shown: &WindowView<'_>) -> Option<ExportRequest> {
         if !self.is_open {
             return None;

@@ -103,7 +103,7 @@ pub(super) enum Next {
 
 /// A flight over a world in a window.
 pub(super) struct Flight {
-    // Fields are dropped in this order: what was created by the GPU is dropped before it.
+    // Fields are dropped in this order: objects that the GPU created are dropped before it.
     pictures: Pictures,
     thumbnails: Thumbnails,
     overlay: Overlay,
@@ -130,7 +130,7 @@ pub(super) struct Flight {
     /// The camera path that is being read.
     path_being_read: Option<Reading>,
     paths: Paths,
-    /// The camera path that is read when the world that is being opened is there.
+    /// The camera path that is read when the world has been opened.
     path_of_opening: Option<String>,
     open_dialog: OpenDialog,
     export_dialog: ExportDialog,
@@ -141,15 +141,15 @@ pub(super) struct Flight {
     ended: works::EndedWorks,
     /// The edited values of a style, by the style and its revision.
     set_values: Option<exports::KnownValues>,
-    /// The GPU that was asked for.
+    /// The requested GPU.
     adapter_choice: AdapterWish,
     browser: Browser,
     recent: Recent,
-    /// Keys that were pressed after a click that the panels have not seen yet, and what came after them.
+    /// Keys that were pressed after a click that the panels have not seen yet, and the events after them.
     delayed: Vec<WindowEvent>,
     /// Files that were dropped since the last frame.
     dropped: Vec<PathBuf>,
-    /// Which files a scene may name.
+    /// The files that a scene may name.
     reach: Reach,
     /// Wakes the event loop from other threads.
     proxy: EventLoopProxy<()>,
@@ -178,7 +178,7 @@ pub(super) struct Flight {
     favourites: Favourites,
     /// The search for the style files of a folder, while the gallery is open.
     style_search: Option<StyleSearch>,
-    /// The style that was chosen before the present one.
+    /// The style that was chosen before the current one.
     previous_style: usize,
     /// The style that is drawn instead of the chosen one, while a key is held.
     compared: Option<Style>,
@@ -223,7 +223,7 @@ struct LastPicture {
     pair: Pair,
     prepared: Prepared,
     tiles_loaded: u64,
-    /// The chosen style, and what the quality made of it; `None` if that is the same.
+    /// The chosen style, and the variant of it that the quality requires; `None` if that is the same.
     style: Option<(Style, Style)>,
     /// The chosen style and the settings, while a budget is held.
     seen: Option<(Style, Settings)>,

@@ -108,7 +108,7 @@ pub(crate) struct FlyCamera {
     pub(super) zoom: Option<Zoom>,
     /// The motion to another view, if there is one.
     pub(super) glide: Option<Glide>,
-    /// Where a camera path has placed the camera. While it is there, it is exactly where a film has it, even below the
+    /// The position at which a camera path has placed the camera. It stays exactly there, as in a film, even below the
     /// clearance.
     placed: Option<Viewpoint>,
 }

@@ -1,4 +1,4 @@
-//! The gallery: all styles as thumbnails of the present view, by family. A click switches the style.
+//! The gallery: all styles as thumbnails of the current view, by family. A click switches the style.
 //!
 //! Why: `docs/decisions/gallery.md`.
 
@@ -38,7 +38,7 @@ pub(super) enum Choice {
     Close,
 }
 
-/// The gallery, as far as it is not thumbnails.
+/// The gallery without its thumbnails.
 #[derive(Debug, Default)]
 pub(super) struct Gallery {
     pub is_open: bool,
@@ -56,7 +56,7 @@ impl Gallery {
         self.hovered.filter(|_| self.is_open)
     }
 
-    /// Lays out the gallery and returns what the user asks for. `present` is the style that is drawn.
+    /// Lays out the gallery and returns the user's choices. `present` is the style that is drawn.
     pub(super) fn show(
         &mut self,
         context: &egui::Context,

@@ -37,7 +37,7 @@ impl Gamepads {
         self.gilrs.is_some()
     }
 
-    /// Returns the present input of all gamepads together.
+    /// Returns the current input of all gamepads together.
     pub(super) fn poll(&mut self) -> FlyInput {
         let Some(gilrs) = &mut self.gilrs else { return FlyInput::default() };
         while let Some(event) = gilrs.next_event() {

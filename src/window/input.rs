@@ -22,7 +22,7 @@ pub(super) const DOUBLE_CLICK: Duration = Duration::from_millis(450);
 /// The reaction to an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reaction {
-    /// No reaction: the event is for nobody.
+    /// No reaction: the event concerns neither the flight nor a panel.
     Nothing,
     /// A repaint of the panel only.
     Panel,
@@ -56,7 +56,7 @@ pub(super) enum DragKind {
 pub(super) struct Drag {
     pub kind: DragKind,
     button: MouseButton,
-    /// Where the button was pressed, in pixels of the window.
+    /// Position at which the button was pressed, in pixels of the window.
     pub from_px: DVec2,
     /// Whether the mouse has moved far enough to be no click.
     pub moves: bool,
@@ -131,7 +131,7 @@ impl Input {
         self.keys.compares()
     }
 
-    /// Returns the present input of the gamepads.
+    /// Returns the current input of the gamepads.
     pub(super) fn poll_gamepads(&mut self) -> FlyInput {
         self.gamepads.poll()
     }

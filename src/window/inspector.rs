@@ -1,6 +1,6 @@
 //! The inspector: every parameter of the style that is drawn, by layer and section, from the definitions.
 //!
-//! The inspector only reads the document and returns what the user asks for as [`Edit`]s; [`apply`] carries them out.
+//! The inspector only reads the document and returns the user's requests as [`Edit`]s; [`apply`] carries them out.
 //! `values` has the widgets for the kinds of values.
 
 mod controls;
@@ -82,10 +82,10 @@ pub(super) struct Inspector {
     new_file: Option<NewFile>,
     /// Whether all sections are to be opened or closed in the next frame.
     opens_all: Option<bool>,
-    /// Key of the section that is marked, because it drew what was clicked on.
+    /// Key of the section that is marked, because it drew the clicked place.
     selected: Option<String>,
-    /// Number of frames in which the marked section is still to be opened and moved into view: what is laid out for the
-    /// first time has its size in the frame after.
+    /// Number of frames in which the marked section is still to be opened and moved into view: the size of widgets that
+    /// are laid out for the first time is known in the next frame.
     shows_selected: u8,
 }
 

@@ -56,7 +56,7 @@ pub(super) enum Action {
     Export,
     /// Add a key frame to the camera path.
     AddKey,
-    /// Remember the present view.
+    /// Remember the current view.
     AddView,
     /// Play the camera path, or pause it.
     Play,
@@ -64,7 +64,7 @@ pub(super) enum Action {
     ToggleKeys,
 }
 
-/// Keys that are for the same, with what each does.
+/// Keys for one purpose, each with its action.
 #[derive(Debug)]
 pub(super) struct Group {
     pub heading: &'static str,

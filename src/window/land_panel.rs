@@ -15,13 +15,13 @@ pub(super) struct LandPanel {
     last_sea_m: f64,
     /// The seed with which trees return when they are switched on.
     last_tree_seed: u32,
-    /// Why the land can have no other seed, if it can not.
+    /// The reason why the land cannot have another seed, if it cannot.
     refusal: Option<String>,
 }
 
 impl LandPanel {
-    /// Creates the controls for land between two true heights, in metres, whose scene has a forest or none. `refusal` says why
-    /// the land can have no other seed.
+    /// Creates the controls for land between two true heights, in metres, whose scene has a forest or none. `refusal`
+    /// says why the land cannot have another seed.
     pub(super) fn new(range_m: [f64; 2], own_forest: Option<&Forest>, refusal: Option<String>) -> Self {
         let last_tree_seed = own_forest.map_or(Forest::DEFAULT_SEED, |forest| forest.seed);
         Self { range_m, last_sea_m: first_sea_m(range_m), last_tree_seed, refusal }
@@ -45,7 +45,7 @@ impl LandPanel {
                 seed_row(ui, "World seed", &hint, seed);
             });
         }
-        // It comes and goes below everything that a click may be meant for.
+        // The line is below all controls, so that none of them moves under the mouse when it appears or disappears.
         if settings.sea_level_m.is_some() && !draws_water {
             let text = "This style draws no water: it has no layer “water”.";
             ui.add(egui::Label::new(RichText::new(text).weak()).wrap());
@@ -189,7 +189,7 @@ mod tests {
         assert_eq!(harness.state().settings.sea_level_m, Some(-12.5), "a number may be beyond the slider");
         type_into(&mut harness, "Sea level, number", "9500");
         assert_eq!(harness.state().settings.sea_level_m, Some(-12.5), "but not beyond what a scene may have");
-        // Switched off and on, it is where it was.
+        // Switched off and on, the sea is at the same level as before.
         click(&mut harness, "Sea");
         assert_eq!(harness.state().settings.sea_level_m, None);
         assert!(is_disabled(&harness, "Sea level"));

@@ -29,7 +29,7 @@ pub(super) enum DrawnPart {
     Layer(usize),
     /// The tones of the surface.
     Tone,
-    /// The sky.
+    /// The sky behind the land.
     Sky,
 }
 
@@ -195,7 +195,7 @@ impl PendingPick {
         pixels.sort_by_key(|pixel| offset_px(*pixel).map(|off| off * off).iter().sum::<i32>());
         for least in DRAWN {
             for &pixel in &pixels {
-                // What is left of the inks below those that have been looked at.
+                // Fraction of the lower inks that shows through the inks examined so far.
                 let mut visible = 1.0;
                 for ((ink, _), amounts) in self.inks.iter().zip(&amounts).rev() {
                     if visible * amounts[pixel] >= least {

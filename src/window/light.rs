@@ -20,7 +20,7 @@ pub(super) struct LightPanel {
     earth: Option<EarthPlace>,
     /// Date and time as they are typed.
     moment: String,
-    /// Why the date gives no sun.
+    /// The reason why no sun follows from the date, if none does.
     error: Option<String>,
 }
 

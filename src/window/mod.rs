@@ -219,7 +219,7 @@ pub(crate) struct FlightOptions {
     pub pair: Pair,
     /// Whether the distance between the eyes follows the distance to the nearest land.
     pub follows_land: bool,
-    /// Which files a scene may name that the window opens.
+    /// The files that a scene opened by the window may name.
     pub reach: Reach,
 }
 

@@ -29,7 +29,7 @@ pub(super) struct OpenDialog {
     is_open: bool,
     text: String,
     entries: Vec<Entry>,
-    /// Why the last request failed.
+    /// The error of the last request, if it failed.
     error: Option<String>,
     takes_focus: bool,
 }
@@ -56,7 +56,7 @@ impl OpenDialog {
         self.takes_focus = true;
     }
 
-    /// Lays out the dialog and returns what the user asks for.
+    /// Lays out the dialog and returns the user's request.
     pub(super) fn show(&mut self, context: &egui::Context) -> Option<OpenRequest> {
         if !self.is_open {
             return None;

@@ -1,4 +1,4 @@
-//! Opens another world in the background, while the window shows the present one.
+//! Opens another world in the background, while the window shows the current one.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -20,7 +20,7 @@ use crate::world::{OpenWorld, Surfaces, exaggerated, open_store, scene_of, title
 
 /// Longest time in which the tiles of a view are awaited.
 const LONGEST: Duration = Duration::from_secs(20);
-/// Interval at which tiles are looked for.
+/// Interval at which the program checks whether tiles have arrived.
 const LOOK: Duration = Duration::from_millis(3);
 
 /// The world to open, and the window that shows it.
@@ -29,9 +29,9 @@ pub(super) struct WorldToOpen {
     pub gpu: Gpu,
     /// Path of a scene, a DEM or a folder, an address, or the name of a built-in scene; `None` is the built-in world.
     pub name: Option<String>,
-    /// Which files a scene may name.
+    /// The files that a scene may name.
     pub reach: Reach,
-    /// Values that replace those of its scene.
+    /// Values that replace those of the world's scene.
     pub overrides: Overrides,
     /// Factor on heights that replaces the scene's.
     pub exaggeration: Option<f64>,
@@ -47,11 +47,11 @@ pub(super) struct WorldToOpen {
 
 /// A world that is being opened.
 pub(super) struct OtherWorld {
-    /// Its name, as it was given.
+    /// The name of the world, as it was given.
     pub name: String,
-    /// The seed that replaces its own, if it is the present world with another seed.
+    /// The seed that replaces that of the scene, if this is the current world with another seed.
     pub seed: Option<u32>,
-    /// How far it is.
+    /// The progress of opening, and its cancellation.
     pub work: Arc<BackgroundTask>,
     done: Background<Result<Box<FlightWorld>, String>>,
 }

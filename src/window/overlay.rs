@@ -41,8 +41,8 @@ pub(super) struct Painted {
 }
 
 impl Overlay {
-    /// Creates an overlay for a window whose surface has `format`.
-    /// The window must not have been shown yet; `wake` is called when a screen reader asks for something.
+    /// Creates an overlay for a window whose surface has `format`. The window must not have been shown yet; `wake` is
+    /// called when a screen reader makes a request.
     pub(super) fn new(
         gpu: &Gpu,
         events: &ActiveEventLoop,

@@ -1,4 +1,4 @@
-//! The panel: controls for the settings, frame times, and what is drawn and loaded.
+//! The panel: controls for the settings, frame times, and figures of what is drawn and loaded.
 
 #[cfg(test)]
 mod tests;
@@ -23,7 +23,7 @@ use crate::scene::stereo::Eyes;
 const PLOT_HEIGHT: f32 = 26.0;
 /// Upper end of the convergence slider, which stands for infinity.
 const FARTHEST_M: f64 = 1e6;
-/// Colour of dialogs and menus: what is below must not be read.
+/// Colour of dialogs and menus, nearly opaque: the text below must not be readable.
 const WINDOW_FILL: Color32 = Color32::from_black_alpha(245);
 /// Colour of warnings.
 pub(super) const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
@@ -34,7 +34,7 @@ pub(super) struct PanelStats<'a> {
     pub adapter: &'a str,
     /// Size of one eye's picture.
     pub picture_px: [u32; 2],
-    /// What the quality gives up, or why it has no effect.
+    /// Values of the style that the quality gives up, or the reason why it has no effect.
     pub quality: Option<&'a str>,
     /// Whether the style has measured levels.
     pub has_levels: bool,
@@ -207,8 +207,8 @@ pub(super) fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::W
     });
 }
 
-/// Returns a slider that leaves its value as it is until somebody moves it. The usual slider of egui rounds its value to
-/// the digits that it shows, and clamps it to its ends, in every frame.
+/// Returns a slider that leaves its value as it is until the user moves it. The usual slider of egui rounds its value
+/// to the digits that it shows, and clamps it to its ends, in every frame.
 pub(super) fn steady_slider<N: egui::emath::Numeric>(value: &mut N, ends: std::ops::RangeInclusive<N>) -> Slider<'_> {
     Slider::new(value, ends).clamping(egui::SliderClamping::Edits)
 }
@@ -268,7 +268,7 @@ fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut 
     labelled(ui, "Terrain error", "Largest error of the drawn terrain, in pixels (--lod-error)", slider);
 }
 
-/// Adds the choice of the quality, and what it gives up.
+/// Adds the choice of the quality, and the values of the style that it gives up.
 fn quality(ui: &mut Ui, stats: &PanelStats<'_>, settings: &mut Settings) {
     let budget_ms = if let Quality::Budget(ms) = settings.quality { ms } else { Quality::BUDGET_MS };
     let levels = Level::ALL.map(Quality::Level);
@@ -345,7 +345,7 @@ fn distance_words(distance_m: f64) -> String {
     if distance_m >= FARTHEST_M { "∞".to_owned() } else { format!("{distance_m:.1} m") }
 }
 
-/// Returns the distance that words say.
+/// Returns the distance that a text states.
 fn distance_of(words: &str) -> Option<f64> {
     let words = words.trim().trim_end_matches('m').trim();
     if matches!(words, "∞" | "inf" | "infinity") { Some(FARTHEST_M) } else { words.parse().ok() }

@@ -21,9 +21,9 @@ pub(super) struct PathToRead {
     pub path: PathBuf,
     /// The world's name as it was given; `None` is the built-in world.
     pub world_name: Option<String>,
-    /// The world.
+    /// The world in which the path is flown.
     pub world: World,
-    /// Its ground.
+    /// The ground of that world, for heights above it.
     pub ground: GroundHeights,
 }
 
@@ -62,7 +62,7 @@ impl Reading {
 pub(super) fn read(to_read: PathToRead) -> Result<Read, String> {
     let PathToRead { path: name, world_name, world, ground } = to_read;
     path_fit::check_name(&name, world_name.as_deref(), &world).map_err(|error| {
-        // There is no option in a window.
+        // In a window there is no option `--path` to name.
         error.to_string().trim_start_matches("--path ").to_owned()
     })?;
     let text = CameraPath::read_text(&name).map_err(|error| error.to_string())?;

@@ -1,6 +1,6 @@
 //! The panel of the camera path: play, time line, key frames, named views, files, and the film.
 //!
-//! The panel shows a [`PathDocument`] and returns what the user asks for; [`PathPanel::apply`] carries out edits.
+//! The panel shows a [`PathDocument`] and returns the user's requests; [`PathPanel::apply`] carries out edits.
 
 mod timeline;
 
@@ -46,7 +46,7 @@ pub(super) enum PathRequest {
     Film,
     /// Restore the edits of an earlier run, or discard them.
     Restore(bool),
-    /// Keep the present view under a name.
+    /// Keep the current view under a name.
     AddView,
     /// Fly to a named view.
     GoTo(usize),
@@ -61,18 +61,18 @@ pub(super) enum PathRequest {
 /// A change of the path. Keys are counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum PathEdit {
-    /// Add a key with the present view.
+    /// Add a key with the current view.
     Add,
     /// Add a key with another camera.
     AddCamera(Camera),
-    /// Replace the camera of a key by the present view.
+    /// Replace the camera of a key by the current view.
     Replace(usize),
     Remove(usize),
     /// Move a key to a time in seconds.
     Move(usize, f64),
-    /// How much the camera slows down at a key, 0 to 1.
+    /// Change the ease of a key: the fraction of its speed that the camera loses there, 0 to 1.
     Ease(usize, f64),
-    /// The duration of the whole path in seconds.
+    /// Change the duration of the whole path, in seconds.
     Duration(f64),
     /// The mouse is released: the next change is another step.
     Release,
@@ -99,7 +99,7 @@ pub(super) struct PathPanel {
     /// The name of a new file, while it is typed.
     save_as: Option<String>,
     takes_focus: bool,
-    /// Why the last request failed.
+    /// The error of the last request, if it failed.
     error: Option<String>,
     /// Whether the next click begins a new path although there are edits.
     discards: bool,
@@ -130,7 +130,7 @@ impl PathPanel {
         self.save_as = None;
     }
 
-    /// Carries out an edit. `here` is the present view. Returns why it was refused.
+    /// Carries out an edit. `here` is the current view. Returns why it was refused.
     pub(super) fn apply(
         &mut self,
         document: &mut PathDocument,
@@ -178,7 +178,7 @@ impl PathPanel {
         (self.selected, self.scroll_to) = (Some(index), Some(index));
     }
 
-    /// Lays out the panel and returns what the user asks for.
+    /// Lays out the panel and returns the user's requests.
     pub(super) fn show(&mut self, ui: &mut Ui, shown: &PathState<'_>) -> Vec<PathRequest> {
         let mut requests = Vec::new();
         let keys = shown.document.keys().len();

@@ -1,7 +1,7 @@
 //! Look inside: any picture of the frame, and the ink of each layer, as the view or right of a divider.
 //!
 //! The chosen picture is read back without waiting, and turned into colours on another thread by the code of
-//! `render --show`. So it may lag behind the view by a few frames, and nothing is read while nothing is chosen.
+//! `render --show`. So it may lag behind the view by a few frames, and nothing is read while no picture is chosen.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Instant;
@@ -170,7 +170,7 @@ impl PictureViewer {
             self.texture = None;
             return;
         };
-        // All of the texture is read, for a depth picture cannot be read in part.
+        // The whole texture is read, because a depth picture cannot be read in part.
         let [width, height] = [target.texture.width(), target.texture.height()];
         let format = target.texture.format();
         let texel = format.block_copy_size(Some(aspect(&target.texture))).unwrap_or(4);
@@ -385,7 +385,7 @@ mod tests {
         for wanted in ["depth", "distance", "errors", "stroke ids", "edge ids", "tone", "picture"] {
             assert!(names.contains(wanted), "{wanted}: {names:?}");
         }
-        // Planted: a picture of another number is not there.
+        // Planted: a picture of another number does not exist.
         let mut inside = PictureViewer::new();
         inside.select(Some(FramePicture::Picture("depth", 7)));
         inside.request(&world.gpu, None, 1);

@@ -12,7 +12,7 @@ const MAX_OPEN: usize = 4;
 
 type Taken = Result<PathBuf, String>;
 
-/// The thread that draws pictures, and what it has drawn.
+/// The thread that draws pictures, and the finished pictures.
 pub(super) struct Pictures {
     shots: Option<Sender<Shot>>,
     taken: Receiver<Taken>,

@@ -52,7 +52,7 @@ pub(super) struct PlaceRequest<'a> {
     pub earth: EarthCurvature,
     /// Position of the cursor in the window, in pixels.
     pub cursor_px: DVec2,
-    /// The same in the picture of the eye, 0 to 1 in each direction.
+    /// Position of the cursor in the picture of the eye, 0 to 1 in each direction.
     pub part: DVec2,
     /// Number of the picture.
     pub picture: u64,

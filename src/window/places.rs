@@ -66,7 +66,7 @@ impl FromStr for TypedPlace {
     }
 }
 
-/// Units of projected coordinates, in metres. Those of other reference systems have no name here.
+/// Units of projected coordinates, in metres. Units of other reference systems have no name here.
 const UNITS: [(&str, f64); 3] = [("m", 1.0), ("ft", 0.3048), ("US ft", 1200.0 / 3937.0)];
 
 /// Splits a number, which may have no spaces, from the unit behind it, if it has one.

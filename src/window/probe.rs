@@ -50,7 +50,7 @@ impl Probe {
         }
     }
 
-    /// Waits until the frame has lasted as long as it is to last.
+    /// Waits until the frame has lasted for its intended time.
     pub(super) fn end_frame(&mut self) {
         if self.frame.is_zero() {
             return;

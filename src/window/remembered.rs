@@ -29,7 +29,7 @@ pub(crate) struct Remembered {
 }
 
 impl Remembered {
-    /// Reads what the last run has remembered. Values that cannot be read are as if they were not there.
+    /// Reads the memory of the last run. Values that cannot be read count as missing.
     pub(crate) fn open() -> Self {
         Self::of_file(settings_file::path())
     }
@@ -85,7 +85,7 @@ impl Remembered {
                 // A comment above the key stays.
                 (Some(value), Some(there)) => *there = Item::Value(value),
                 (Some(value), None) => _ = table.insert(key, Item::Value(value)),
-                // Without a world, the next run opens the built-in one. Other keys keep what somebody else has written.
+                // Without a world, the next run opens the built-in one. Other keys keep their values.
                 (None, Some(_)) if key == "world" => _ = table.remove(key),
                 (None, _) => {}
             }
@@ -144,7 +144,7 @@ mod tests {
             let read = Remembered::of_file(Some(path.clone()));
             assert_eq!(read, Remembered { path: Some(path.clone()), ..Remembered::default() }, "{text}");
         }
-        // A file that is not valid is not replaced: what somebody wrote into it would be lost.
+        // A file that is not valid is not replaced: a user's text in it would be lost.
         let text = "favourites = [\"pen\"]\n[window\n";
         atomic::write(&path, text.as_bytes()).unwrap();
         let remembered = Remembered { is_welcomed: true, ..Remembered::of_file(Some(path.clone())) };

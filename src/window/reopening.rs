@@ -1,5 +1,5 @@
-//! Reads the land again with another exaggeration, or with trees whose files have not been read, in the background, while
-//! the window shows the present land.
+//! Reads the land again with another exaggeration, or with trees whose files have not been read, in the background,
+//! while the window shows the current land.
 
 use std::sync::Arc;
 
@@ -35,15 +35,15 @@ pub(super) struct LandToRead {
 
 /// A land that is being read.
 pub(super) struct Reopening {
-    /// Its exaggeration.
+    /// The exaggeration of the land: the factor on its heights.
     pub factor: f64,
-    /// Its forest, without exaggeration.
+    /// The forest of the scene, without exaggeration.
     pub forest: Option<Forest>,
     done: Background<Result<Surfaces, String>>,
 }
 
 impl Reopening {
-    /// Begins to read the land, and calls `wake` when it is there.
+    /// Begins to read the land, and calls `wake` when it has been read.
     pub(super) fn start(to_read: LandToRead, wake: impl Fn() + Send + 'static) -> Self {
         let factor = to_read.scene.vertical_exaggeration;
         let forest = to_read.scene.forest.clone();

@@ -146,7 +146,7 @@ fn rounded(value: f64, digits: i32) -> f64 {
 struct Step {
     value: SceneValue,
     name: String,
-    /// When it was made, undone or redone last.
+    /// Position of the last change, undo or redo of the step in the order of all histories.
     turn: u64,
     /// Settings with the value on the other side of the step: before it if it can be undone, after it if it can be redone.
     settings: Settings,

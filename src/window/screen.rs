@@ -1,4 +1,4 @@
-//! The window's surface: what frames are presented to, across resizes, losses and minimising.
+//! The window's surface, to which frames are presented, across resizes, losses and minimising.
 
 use std::sync::Arc;
 

@@ -1,6 +1,7 @@
 //! Screen readers: passes the names of widgets to them through AccessKit, and their requests to egui.
 //!
-//! AccessKit calls its handlers on other threads. They send what is asked to the thread of the window, and wake it.
+//! AccessKit calls its handlers on other threads. The handlers send the requests to the thread of the window, and wake
+//! it.
 
 #[cfg(test)]
 pub(super) mod tests;
@@ -19,7 +20,7 @@ enum Asked {
     Names,
     /// An action of a widget.
     Action(ActionRequest),
-    /// Nothing any more.
+    /// The screen reader has gone.
     Nothing,
 }
 
@@ -72,7 +73,7 @@ impl ScreenReader {
         (adapter, Self(asked))
     }
 
-    /// Carries out what was asked for. Returns whether there was anything.
+    /// Carries out the requests of a screen reader. Returns whether there were any.
     pub(super) fn take(&self, context: &egui::Context, state: &mut egui_winit::State) -> bool {
         let mut any = false;
         for asked in self.0.try_iter() {

@@ -27,7 +27,7 @@ pub(super) struct Settings {
     pub scale: usize,
     /// Smoothing of edges.
     pub antialias: Antialias,
-    /// How exactly the picture is drawn, within the other settings.
+    /// The exactness with which the picture is drawn, within the other settings.
     pub quality: Quality,
     /// Largest error of the drawn surface.
     pub lod_error_px: f64,

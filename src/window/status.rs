@@ -14,7 +14,7 @@ const LINE: f32 = 40.0;
 #[derive(Debug, Default)]
 pub(super) struct GoTo {
     text: Option<String>,
-    /// Why the last coordinates were refused.
+    /// The reason why the last coordinates were refused, if they were.
     error: Option<String>,
     /// Whether the field takes the keyboard in the next frame.
     takes_focus: bool,
@@ -82,7 +82,7 @@ pub(super) fn words(place: &PlaceUnderCursor, places: &Places, exaggeration: f64
     words
 }
 
-/// Copies the coordinates of the line, which are the first of its words, if the user asks for it while no text is
+/// Copies the coordinates of the line, which are the first of its words, if the user requests it while no text is
 /// selected. Returns what was copied.
 pub(super) fn copy(context: &egui::Context, words: &[String]) -> Option<String> {
     let is_asked = context.input(|input| input.events.iter().any(|event| matches!(event, egui::Event::Copy)));

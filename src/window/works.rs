@@ -1,4 +1,4 @@
-//! Tasks in the background that take a while: what each is doing, how far it is, how it is cancelled, and how it ended.
+//! Long tasks in the background: their steps, progress, cancellation and results.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -55,7 +55,7 @@ impl BackgroundTask {
         (self.wake)();
     }
 
-    /// Returns the present step and how much of it is done, from 0 to 1.
+    /// Returns the current step and its progress, from 0 to 1.
     pub(super) fn step(&self) -> (String, f32) {
         let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         (state.step.clone(), state.done)
@@ -84,11 +84,12 @@ impl Progress for BackgroundTask {
     }
 }
 
-/// The message of work that has ended. It stays until it is dismissed: work may take an hour, and nobody watches it.
+/// The message of work that has ended. It stays until it is dismissed: work may take an hour, and the user may not be
+/// watching.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Ended {
     pub text: String,
-    /// The path of the file that was written, if there is one.
+    /// Path of the written file, if there is one.
     pub path: Option<String>,
     pub has_failed: bool,
 }
@@ -129,7 +130,7 @@ pub(super) enum TaskRequest {
     Copied,
 }
 
-/// Shows work, and messages of work that has ended, at the bottom of the window. Returns what the user asks for.
+/// Shows work, and messages of work that has ended, at the bottom of the window. Returns the user's request.
 pub(super) fn show<'a>(
     context: &egui::Context,
     works: impl Iterator<Item = &'a BackgroundTask>,

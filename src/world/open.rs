@@ -306,8 +306,8 @@ impl OpenWorld {
     /// gives. The rows are in the order of the georeference.
     ///
     /// # Errors
-    /// As for [`OpenWorld::from_heights`], and [`WorldError::Terrain`] or [`WorldError::Pyramid`] if the georeference
-    /// is invalid.
+    /// The errors of [`OpenWorld::from_heights`], and [`WorldError::Terrain`] or [`WorldError::Pyramid`] if the
+    /// georeference is invalid.
     pub fn from_grid(gpu: &Gpu, mut grid: HeightGrid, options: TerrainOptions) -> Result<Self, WorldError> {
         let is_height = |height_m: f32| f64::from(height_m).abs() <= MAX_HEIGHT_M;
         grid.heights_m.iter_mut().filter(|height| !is_height(**height)).for_each(|height| *height = f32::NAN);
@@ -331,7 +331,7 @@ impl OpenWorld {
     /// Prepares a store like [`OpenWorld::on_gpu`], with progress for meshes that take long to read.
     ///
     /// # Errors
-    /// As for [`OpenWorld::on_gpu`].
+    /// The errors of [`OpenWorld::on_gpu`].
     pub(crate) fn on_gpu_with(
         gpu: &Gpu,
         mut scene: Scene,

@@ -61,7 +61,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var bin = i32(BINS) - 1; bin >= 0; bin--) {
         let ink = inks[bin];
         if above + ink > room {
-            // The part of this step that fits.
+            // The part of this bin's ink that fits.
             let part = (room - above) / max(ink, 1e-6);
             bar = (f32(bin) + 1.0 - part) / f32(BINS);
             break;

@@ -9,10 +9,10 @@
 // it; then they are ranked once more, without least segments.
 //
 // Changes: there are 32 jumps per round instead of two, since a dispatch costs more than a few reads, and nearly all
-// chains are shorter than that. Two halves of `ranks` alternate. Bit r of `progress` says that round r has work: a
-// round sets the next bit if it found the head of a state as far from it as it can (if there are states still farther,
-// that one exists), or if a state of a loop learnt of a lesser segment (if a loop is not covered, some state does).
-// Later rounds return at once.
+// chains are shorter than that. Two halves of `ranks` alternate. Bit r of `progress` says that round r has work. A
+// round sets the next bit if it found the head of a state at the largest distance that it can reach (while any state is
+// farther from its head, there is one at that distance), or if a state of a loop learnt of a lesser segment (while a
+// loop is not covered, some state does). Later rounds return at once.
 #import hachure::strokes::ChainPlan
 #import hachure::ranking::{FOUND, JUMPS, LOOP_ROUNDS, PROGRESS, ROUNDS}
 

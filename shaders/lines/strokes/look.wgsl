@@ -44,10 +44,11 @@ const MIN_COSINE: f32 = 0.7;
 // Largest ratio between the distances of two strokes that match from one frame to the next.
 const MAX_DEPTH_RATIO: f32 = 1.25;
 // Largest distance of a match, in pixels. A line may move between frames. Ink that is farther away for the other eye
-// does not match, for it is only one or two pixels wide.
+// does not match, because it is only one or two pixels wide.
 const FRAME_APART_PX: f32 = 2.5;
 const PAIR_APART_PX: f32 = 1.5;
-// Cost of a factor of 2 in distance, in pixels. Both eyes see one surface at one time, so for them it is high.
+// Cost of a factor of 2 in distance, in pixels. Both eyes see the same surface at the same time, so the cost between
+// eyes is high.
 const FRAME_DEPTH_COST_PX: f32 = 4.0;
 const PAIR_DEPTH_COST_PX: f32 = 40.0;
 // Length of the search along the epipolar line.

@@ -96,7 +96,7 @@ fn was_in_picture(at_m: vec3<f32>) -> bool {
     return clip.w > 0.0 && all(abs(clip.xy) < vec2<f32>(clip.w));
 }
 
-// What a sample takes over from an old stroke.
+// The values that a sample takes over from an old stroke.
 struct Inherited {
     // Identity of the stroke; 0 is none.
     stroke: u32,

@@ -10,9 +10,9 @@
 // - or it is much nearer: it is drawn darker,
 // - or it is farther out, on the side where the surface ends: that is the outline, and of ridges the skyline.
 //
-// An edge that continues this one at its end is parallel to no part of it. A dropped pixel drops nothing itself, so
-// some line stays within `merge_px` of each. In each round, pixels that no edge drops are marked KEPT, pixels that a
-// KEPT one drops are removed, and the others wait; after the last round they stay.
+// An edge that continues this one at its end is not parallel to any part of it. A dropped pixel drops nothing itself,
+// so some line stays within `merge_px` of each dropped pixel. In each round, pixels that no edge drops are marked KEPT,
+// pixels that a KEPT one drops are removed, and the others wait; after the last round they stay.
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture, kind_of_edge}
 #import hachure::stroke_style::Strokes

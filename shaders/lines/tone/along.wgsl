@@ -11,7 +11,7 @@
 // - A line parallel to the walk is another one: walks that hopped to neighbours, or missed by a fraction of a pixel,
 //   made chequerboards where lines turn.
 // - A gap or a bend lowers the weight of what follows and does not end the line: all of it is smooth, so that
-//   neighbours walk as far. A line that leaves the picture counts as continued.
+//   neighbouring cells walk equally far. A line that leaves the picture counts as continued.
 #import hachure::view::View
 #import hachure::tone_grid::{away_px, grid_of, left_of, line_of_texel, place_of_px, px_of_place, Grid}
 

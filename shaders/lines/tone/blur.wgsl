@@ -44,7 +44,7 @@ struct Blur {
 
 // Extent of the kernel, in standard deviations.
 const REACH: f32 = 2.3;
-// Part of the kernel that is surface up to which there counts as none.
+// If no more than this part of the kernel is surface, the surface is ignored.
 const MIN_PART: f32 = 1e-3;
 // Variance that cells of 2 x 2 pixels and interpolation between them already have, along one axis, in square pixels:
 // 0.25 for a cell, and the rest makes curvatures those of pixels.

@@ -20,7 +20,7 @@
 //   less. On a flank the first fit is off by up to a half (a parabola has no inflection), and the search finds the
 //   right position. On an edge the line recedes from the search, and only the first fit gives the position at which it
 //   is drawn.
-// - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is optional, for it removes spots and
+// - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is optional, because it removes spots and
 //   opens crossings: see `roundest`.
 // - Samples of a fit without surface nearby take the tone of the fit's own cell.
 // - The search runs per cell of a grid; cells are 2 x 2 pixels where lines are wide. It does not produce ink but lines,

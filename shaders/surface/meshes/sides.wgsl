@@ -2,7 +2,7 @@
 //
 // This is decided once per triangle, so that both triangles at an edge agree: contours are then closed, even where a
 // triangle is seen edge-on and rounding decides. A triangle that is thinner than the precision of its vertices has no
-// side; it takes that of its neighbour across its longest edge, and so does a row of such triangles.
+// side of its own; it takes that of its neighbour across its longest edge, as do rows of such triangles.
 #import hachure::dispatch::thread_number
 #import hachure::view::{View, from_eye}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, MeshTriangle, AGAIN}

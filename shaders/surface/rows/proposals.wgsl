@@ -35,7 +35,7 @@ const SHORTEST: f32 = 1.2;
 const STRAIGHT: f32 = 0.34;
 // Spacings per cell, in the middle of the possible range. Lengths on the land are the same for every eye.
 const MEAN_CELL: f32 = 1.4;
-// Spacings by which marks of rows count as longer than others, while they grow and when they are grown.
+// Number of spacings by which marks of rows count as longer than others, while they grow and once they are fully grown.
 const GROWING_AHEAD: f32 = 1.5;
 const GROWN_AHEAD: f32 = 2.5;
 // Distance along a mark between the points where the gaps are evaluated, in samples.

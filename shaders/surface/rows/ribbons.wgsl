@@ -43,7 +43,7 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
     let at = marks[first + number];
     let into = direction(marks[first + max(number, 1u) - 1u].xy, at.xy);
     let out = direction(at.xy, marks[first + min(number + 1u, u32(SAMPLES) - 1u)].xy);
-    // One of them is 0 at an end, and both are beyond it: there the strip has no area.
+    // At an end of the mark one of the two is 0, and beyond it both are: there the strip has no area.
     var tangent = into + out;
     let turn = length(tangent);
     tangent = select(out, tangent / turn, turn > 0.5);

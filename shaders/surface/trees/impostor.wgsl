@@ -2,8 +2,8 @@
 //
 // The polygon is in the plane of the nearest point of the picture, so no pixel of the tree is nearer to the eye than the
 // polygon there: a GPU that knows this (`Draw::writes_farther`) tests the polygon's depth first, and does not run the
-// shader where a nearer tree has been drawn. Trees are drawn from front to back (list.wgsl). What a pixel shows follows
-// from the ray through its centre, and depends neither on the polygon nor on the order.
+// shader where a nearer tree has been drawn. Trees are drawn from front to back (list.wgsl). The content of a pixel
+// follows from the ray through its centre, and depends neither on the polygon nor on the order.
 //
 // The ray of a pixel is marched, in tree space and within the tree's upright cylinder, through the depths of the
 // picture taken from nearest to the eye (src/forest/impostor.rs). The depths describe a single surface, so if the ray

@@ -28,7 +28,7 @@
 @group(0) @binding(5) var distance_m: texture_2d<f32>;
 @group(0) @binding(6) var normal: texture_2d<u32>;
 @group(0) @binding(7) var form_normal: texture_2d<f32>;
-// As `packed`; all 0 where there is no relief.
+// The same four values as `packed`; all 0 where there is no relief.
 @group(0) @binding(8) var depth_gradient: texture_storage_2d<rgba32float, write>;
 
 // Least cosine between normal and ray; at flatter angles the gradient grows no further.

@@ -1,7 +1,7 @@
 //! The last frames of a flight, drawn again: without a timer around each pass, as a window draws them, for the time of a
 //! frame and the time from one to the next; with timers, but without waiting, for the times of passes on a GPU that is
-//! busy; and with traces, for what the frames give the GPU to do. A traced frame waits for the GPU and reads counters
-//! back, so its times are not reported, and no frame of the flight itself is traced.
+//! busy; and with traces, for the work that the frames give the GPU. A traced frame waits for the GPU and reads
+//! counters back, so its times are not reported, and no frame of the flight itself is traced.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
@@ -20,8 +20,8 @@ const IN_FLIGHT: usize = 2;
 const WARM_UP_FRAMES: usize = 2;
 /// Least time for which frames are drawn before they are measured, since a GPU that was idle raises its clocks slowly.
 const WARM_UP: Duration = Duration::from_millis(300);
-/// How often each frame is drawn for [`BusyGpu`]. The first drawing counts, and the others give the GPU something to do
-/// while the frame thread prepares the next frame.
+/// Number of times that each frame is drawn for [`BusyGpu`]. The first drawing counts, and the others give the GPU
+/// something to do while the frame thread prepares the next frame.
 const REPEATS: usize = 3;
 /// Least number of frames that are traced; of a style with strokes, one more than it takes until they are rebuilt.
 const TRACED_FRAMES: usize = 4;
@@ -91,8 +91,8 @@ impl StyleRun {
         Ok(())
     }
 
-    /// Draws the frames of `cameras` with a timer around each pass, without waiting for any but the frame before the last,
-    /// so that the GPU is never idle. Does nothing on a software driver, which waits for each pass that is timed.
+    /// Draws the frames of `cameras` with a timer around each pass, without waiting for any but the frame before the
+    /// last, so that the GPU is never idle. Does nothing on a software driver, which waits for each timed pass.
     pub(super) fn measure_busy(&mut self, gpu: &Gpu, cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
         if gpu.is_software() || cameras.len() <= WARM_UP_FRAMES {
             return Ok(());
@@ -139,10 +139,10 @@ impl StyleRun {
         }
     }
 
-    /// Draws frames of `cameras` with traces, and stores what each of them gave the GPU to do in the record of its frame.
-    /// `cameras` are those of the last records, from the last one back. Each frame is first drawn without a trace, because
-    /// the next frame of a view omits passes when the GPU has reported that they draw nothing, as those of water where
-    /// there is none: otherwise it would depend on chance which passes are traced.
+    /// Draws frames of `cameras` with traces, and stores the work that each of them gave the GPU in the record of its
+    /// frame. `cameras` are those of the last records, from the last one back. Each frame is first drawn without a
+    /// trace, because the next frame of a view omits passes when the GPU has reported that they draw nothing, as those
+    /// of water where there is none: otherwise it would depend on chance which passes are traced.
     pub(super) fn trace(&mut self, gpu: &Gpu, cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
         if cameras.is_empty() {
             return Ok(());

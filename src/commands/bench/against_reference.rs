@@ -28,7 +28,8 @@ const SAMPLES: u32 = 16;
 const VIEWS_PER_FLIGHT: usize = 2;
 /// Frames per second of that flight.
 const FLIGHT_FPS: f64 = 60.0;
-/// Frames of a flight before the first that is traced: what a picture shows, such as water, is known after it was drawn.
+/// Frames of a flight before the first that is traced: whether a picture shows water, for example, is only known after
+/// it was drawn.
 const FLIGHT_WARM_UP: usize = 2;
 /// Number of frames that are traced at each place: one interval of rebuilding strokes, within these limits.
 const TRACED: std::ops::RangeInclusive<usize> = 2..=12;
@@ -51,7 +52,7 @@ impl Flown {
 struct AtRest {
     drawn: DrawnFrame,
     surface_px: Option<f64>,
-    /// Whether all tiles were there.
+    /// Whether all tiles were loaded.
     is_settled: bool,
 }
 
@@ -96,8 +97,8 @@ pub(super) fn measure(
 }
 
 impl StyleRun {
-    /// Draws a view until its tiles are there and its strokes have settled, with one eye. Its surface is compared with the
-    /// heights of `true_land`, or with its own if there is none.
+    /// Draws a view until its tiles are loaded and its strokes have settled, with one eye. Its surface is compared with
+    /// the heights of `true_land`, or with its own if there is none.
     fn draw_at_rest(&mut self, gpu: &Gpu, camera: &Camera, true_land: Option<&Terrain>) -> Result<AtRest, GpuError> {
         let pair = self.pair.take();
         let drawn = self.draw_settled(gpu, camera, true_land);

@@ -28,7 +28,7 @@ impl Governed {
     /// Returns the governor for a style, which is a preset or a file; `None` without `--budget`.
     ///
     /// # Errors
-    /// [`Misuse`] if the style has no measured front, and whatever makes one of its settings invalid.
+    /// [`Misuse`] if the style has no measured front, and the errors of invalid settings.
     pub(super) fn of(args: &BenchArgs, name: &str) -> anyhow::Result<Option<Self>> {
         let Some(budget_ms) = args.budget else { return Ok(None) };
         let (front, from) = args.quality.front_of(name)?;

@@ -19,7 +19,7 @@ pub(super) struct TracedPasses {
 }
 
 impl TracedPasses {
-    /// Adds the trace of a frame and the memory that it needed, and returns what the frame gave the GPU to do.
+    /// Adds the trace of a frame and the memory that it needed, and returns the work that the frame gave the GPU.
     pub(super) fn take(&mut self, trace: &[PassTrace], drawing_bytes: Option<u64>) -> FrameWork {
         let mut known = FxHashSet::default();
         self.names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name)).collect();

@@ -1,5 +1,5 @@
-//! The page `docs/portable-figures.md`: what a frame of each preset gives the GPU to do. Its figures depend on the size
-//! of the picture, the world and the style, not on the GPU.
+//! The page `docs/portable-figures.md`: the work that a frame of each preset gives the GPU. Its figures depend on the
+//! size of the picture, the world and the style, not on the GPU.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -27,7 +27,7 @@ const FIRST_FRAMES: usize = 3;
 /// name of each preset.
 ///
 /// # Errors
-/// Those of opening the world and of drawing.
+/// The errors of opening the world and of drawing.
 pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyhow::Result<String> {
     let (mut world, path) = open(gpu)?;
     let mut page = head(size_px);
@@ -39,7 +39,7 @@ pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyho
     Ok(page)
 }
 
-/// Returns the page as far as the first row of its table.
+/// Returns the beginning of the page, up to the first row of its table.
 fn head([width, height]: [u32; 2]) -> String {
     let tiles_mib = TerrainOptions::default().tile_memory_bytes >> 20;
     format!(
@@ -82,7 +82,7 @@ fn row(name: &str, most: &Most, [width, height]: [u32; 2]) -> String {
 /// Draws the same frames of a style, and returns its row and the bytes per pixel that each pass reads and writes.
 ///
 /// # Errors
-/// Those of opening the world and of drawing; the name of a style that does not exist.
+/// The errors of opening the world and of drawing; the name of a style that does not exist.
 pub fn passes(gpu: &Gpu, size_px: [u32; 2], style: &str) -> anyhow::Result<String> {
     let (mut world, path) = open(gpu)?;
     let most = Most::of(gpu, &mut world, &path, size_px, &Style::load(style)?)?;

@@ -68,7 +68,7 @@ pub(super) struct StyleRun {
     agreement: StereoTotals,
     pub(super) exactness: ExactnessTotals,
     pub(super) flown: Flown,
-    /// Who chooses the settings in a flight with a budget.
+    /// The governor that chooses the settings in a flight with a budget.
     pub(super) governed: Option<Governed>,
 }
 
@@ -221,7 +221,7 @@ impl StyleRun {
         self.renderer.take_times()
     }
 
-    /// Returns what the last frame gave the GPU to do, and notes its passes; `None` if it was not traced.
+    /// Returns the work that the last frame gave the GPU, and notes its passes; `None` if it was not traced.
     pub(super) fn take_work(&mut self) -> Option<FrameWork> {
         let trace = Some(self.renderer.trace()).filter(|trace| !trace.is_empty());
         let drawing_bytes = self.renderer.drawing_bytes(&self.world.surfaces);

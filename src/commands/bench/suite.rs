@@ -1,4 +1,4 @@
-//! `--suite`: several benchmarks with one report, such as the tables of a paper, with the paper's figures beside ours.
+//! `--suite`: several benchmarks with one report, such as the tables of a paper, with the paper's figures next to ours.
 //!
 //! A suite is a TOML file of tables, and each part of a table is the command line of a benchmark, whose files are in the
 //! folder of the suite. A built-in suite is first written to the output folder, so that a report has its
@@ -35,7 +35,7 @@ const INPUTS: &str = "inputs";
 struct SuiteFile {
     /// Title of the report.
     title: String,
-    /// What the suite measures, in sentences.
+    /// The subject of the suite, in sentences.
     about: String,
     tables: Vec<Table>,
 }
@@ -113,7 +113,7 @@ pub(super) fn run(name: &Path, args: &BenchArgs, adapter: &AdapterWish) -> anyho
             if let Some(table) = report.tables.last_mut() {
                 add(table, part, parts.len() > 1, measured(planned, &gpu));
             }
-            // What was measured is kept if a later part ends the program.
+            // The results so far are kept if a later part ends the program.
             report.write(&report_file, &page)?;
         }
     }
@@ -173,7 +173,7 @@ fn find(name: &Path, inputs: &Path, overwrite: bool) -> anyhow::Result<PathBuf> 
 }
 
 impl BuiltIn {
-    /// Writes the files of the suite into a folder, and returns the path of the suite. Files that are there must have the
+    /// Writes the files of the suite into a folder, and returns the path of the suite. Existing files must have the
     /// same text.
     fn write(&self, folder: &Path, overwrite: bool) -> anyhow::Result<PathBuf> {
         for (name, text) in self.files {
@@ -215,7 +215,7 @@ fn read(file: &Path) -> anyhow::Result<SuiteFile> {
         if part.name == INPUTS {
             bail!("{}: a part cannot be called {INPUTS}, which is the folder of the suite's own files", named(file));
         }
-        // Some file systems do not tell capitals from small letters.
+        // Some file systems do not distinguish capitals from small letters.
         if parts[..index].iter().any(|before| before.name.eq_ignore_ascii_case(&part.name)) {
             bail!("{}: two parts are called {}", named(file), part.name);
         }
@@ -305,8 +305,8 @@ fn replaced(args: &BenchArgs) -> Vec<String> {
     [size, frames, memory, pairs].into_iter().flatten().collect()
 }
 
-/// Returns a word of a command line: what is the name of a file or folder in the folder of the suite becomes its path, a
-/// word as a whole, the value of an option after `=`, or an entry of a list.
+/// Returns a word of a command line in which names of files and folders in the folder of the suite are replaced by
+/// their paths: the whole word, the value of an option after `=`, or an entry of a list.
 fn in_folder(folder: &Path, word: &str) -> OsString {
     let path = folder.join(word);
     if !word.is_empty() && path.exists() {
@@ -419,7 +419,7 @@ mod tests {
         let styles = format!("plain,{}", path("own.toml").display());
         assert_eq!(word("plain,own.toml"), *styles);
         assert_eq!(word("--styles=plain,own.toml"), *format!("--styles={styles}"));
-        // Planted: words that are no files stay what they are.
+        // Planted: words that do not name files stay as they are.
         for other in ["--sweep", "scale=0.5,1", "", "other.toml", "plain,tiles"] {
             assert_eq!(word(other), *other);
         }

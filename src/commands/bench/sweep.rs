@@ -1,4 +1,4 @@
-//! `--sweep`: values that a benchmark tries, each with every other one, and the settings that follow from them.
+//! `--sweep`: values that a benchmark tries in all combinations, and the settings that follow from them.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -120,8 +120,8 @@ impl Variant {
         Ok(variant.with_setting(setting))
     }
 
-    /// Returns it with what a setting changes, apart from parameters of the style. With another render scale, lengths of
-    /// the style are scaled too, so that the picture is the same drawing.
+    /// Returns the variant with the changes of a setting, apart from parameters of the style. With another render
+    /// scale, lengths of the style are scaled too, so that the picture is the same drawing.
     fn with_setting(mut self, setting: &Setting) -> Self {
         let scale = setting.scale.unwrap_or(1.0);
         self.style = self.style.scaled(scale);
@@ -244,7 +244,7 @@ fn settings(sweeps: &[Sweep]) -> Vec<Vec<(&str, &str)>> {
     })
 }
 
-/// Returns the values with which a style approximates nothing, where it has a choice.
+/// Returns the values with which a style is exact, where it has a choice.
 fn exact_values(style: &Style) -> Vec<SetValue> {
     let of_layers = style.layers.iter().enumerate().filter_map(|(index, layer)| {
         let (key, value) = match layer {

@@ -23,7 +23,7 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 /// built-in world is opened.
 ///
 /// # Errors
-/// Those of [`run`].
+/// The errors of [`run`].
 pub(super) fn run_again(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     fly(args, adapter, Remembered::open().world)
 }
@@ -39,7 +39,7 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
     if let Some(path) = &args.path {
         arguments::camera_path(path)?;
     }
-    // What a run with a number of frames draws depends on its arguments alone.
+    // The pictures of a run with a number of frames depend on its arguments alone.
     let remembered = if args.frames.is_none() { Remembered::open() } else { Remembered::default() };
     // The file of the last style may be gone.
     let last_style = remembered.style.clone().filter(|style| arguments::style(style).is_ok());
@@ -48,7 +48,7 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
     let (quality, fronts) =
         super::quality::at_start(args, args.style.as_deref().or(last_style.as_deref()).unwrap_or(STYLE))?;
     let windowing = Windowing::new()?;
-    // Also before the window opens: it may take a while.
+    // The world, too, is opened before the window: it may take a while.
     let (args, opened) = opened(args, last_world)?;
     let options = FlightOptions {
         quality,

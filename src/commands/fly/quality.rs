@@ -8,7 +8,7 @@ use crate::measure::quality::Front;
 /// Returns the quality at the start of a flight, and the fronts of `--front`.
 ///
 /// # Errors
-/// Those of [`QualityArgs::setting`](crate::commands::quality_args::QualityArgs::setting).
+/// The errors of [`QualityArgs::setting`](crate::commands::quality_args::QualityArgs::setting).
 pub(super) fn at_start(args: &FlyArgs, style: &str) -> anyhow::Result<(Quality, Vec<Front>)> {
     let level = args.quality.quality.map(Quality::Level);
     let Some(quality) = args.budget.map(Quality::Budget).or(level) else {

@@ -75,7 +75,7 @@ pub(super) fn model(file: &Path) -> anyhow::Result<ModelInfo> {
     })
 }
 
-/// Returns the number of positions in a list of positions of models; `None` if the file is no such list.
+/// Returns the number of positions in a list of positions of models; `None` if the file is not such a list.
 pub(super) fn positions(file: &Path, head: &str) -> anyhow::Result<Option<usize>> {
     let is_list = super::first_fields(head).is_some_and(|fields| {
         let has = |name: &str| fields.iter().any(|field| field == name);

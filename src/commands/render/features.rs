@@ -65,7 +65,7 @@ enum LayerMeaning {
     Heights { interval_m: f64 },
     /// Hatching marks, rows or cuts, which follow the land.
     Marks,
-    /// A layer that says nothing of heights or slopes.
+    /// A layer without heights or slopes.
     Other,
 }
 

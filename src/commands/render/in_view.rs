@@ -1,4 +1,4 @@
-//! Warnings about what a drawing does not show.
+//! Warnings about content that a drawing does not show.
 
 use super::Job;
 use crate::file::message::shown;
@@ -41,7 +41,7 @@ impl Job<'_> {
         }
     }
 
-    /// Warns once about pictures that show nothing, and about what had no room in them.
+    /// Warns once about pictures that show nothing, and about content that was left out for lack of room.
     pub(super) fn warn_of_absence(&self, report: &PictureReport) {
         let of = |count: u64| match report.pictures {
             0 | 1 => String::new(),

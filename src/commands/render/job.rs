@@ -119,7 +119,7 @@ pub(super) struct Drawing {
 }
 
 impl Drawing {
-    /// Reports how much of the present picture is drawn, from 0 to 1.
+    /// Reports the fraction of the current picture that is drawn, from 0 to 1.
     fn report(&self, part: f64) {
         let [drawn, all] = self.pictures.map(|count| count as f64);
         self.bar.iter().for_each(|bar| bar.report("drawing", ((drawn + part) / all.max(1.0)) as f32));

@@ -118,7 +118,7 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     Ok(all)
 }
 
-/// Completes what a picture shows from where: its camera, map and time, or the camera path of several.
+/// Completes the options of a picture's view: its camera, map and time, or the camera path of several pictures.
 fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<()> {
     let more = &imprint.more;
     let antialias = parsed_or(None, more.antialias.as_deref(), "antialias")?;
@@ -276,7 +276,7 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
 /// Reads the imprint of a picture for each kind of output, and checks the arguments up to where the world is opened.
 ///
 /// # Errors
-/// Those of the imprint, which name the picture. What does not suit an output is not one.
+/// The errors of the imprint, which name the picture. An option that does not suit an output is not an error.
 pub fn check_like(picture: &Path) -> anyhow::Result<()> {
     let like = picture.to_string_lossy();
     for output in ["a.png", "a.svg", "a%d.exr", "a.mp4", "a.geojson"] {

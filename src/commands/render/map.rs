@@ -163,8 +163,8 @@ fn is_on_earth(georeference: &Georeference, [width, height]: [u32; 2]) -> bool {
     !is_beyond && f64::from(width) * dx.abs() <= 360.0 + SLACK_DEG
 }
 
-/// Returns the arguments of a map of the whole world that ends at the poles and spans at most one turn, if the map that
-/// they ask for does not. Without `--size`, the map's height in pixels follows from its width.
+/// Returns the arguments of a map of the whole world that ends at the poles and spans at most one turn, if the
+/// requested map does not. Without `--size`, the map's height in pixels follows from its width.
 ///
 /// # Errors
 /// Fails for a GeoTIFF of a given size: programs refuse latitudes beyond 90°.

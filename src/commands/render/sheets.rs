@@ -40,7 +40,7 @@ pub(crate) struct SheetArgs {
     pub sheets_margin: Option<f64>,
 }
 
-/// Plans how the picture is cut; returns `None` if it is not.
+/// Plans the sheets into which the picture is cut; returns `None` if it is not cut.
 ///
 /// # Errors
 /// Returns what is wrong with the options, in one line.

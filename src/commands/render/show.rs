@@ -44,7 +44,7 @@ impl Job<'_> {
         renderer.set_wants_ids(true);
         renderer.set_submits(Submits::Checked);
         let report = self.render(pose, pose, |_| Ok(()))?;
-        // What reads a number that is not finite writes more of them: the first one tells where they begin.
+        // A pass that reads a number that is not finite writes more of them: the first one shows where they begin.
         let found = self.renderer.as_mut().map(Renderer::take_non_finite).unwrap_or_default();
         if let Some(first) = found.first() {
             let more = match found.len() - 1 {

@@ -128,8 +128,8 @@ const STATED_CONVERGENCE_DEG: f64 = 0.5;
 /// Width below which a title block is abbreviated, in pixels of the style.
 const NARROW_PX: f64 = 800.0;
 
-/// Returns what a title block says of the angle between the top of the sheet and true north, abbreviated if it `is_narrow`;
-/// empty if the angle is small.
+/// Returns the text of a title block about the angle between the top of the sheet and true north, abbreviated if the
+/// block `is_narrow`; empty if the angle is small.
 fn convergence(true_north_rad: Option<f64>, is_narrow: bool) -> String {
     match true_north_rad.map(f64::to_degrees) {
         None if is_narrow => "grid N up · ".to_owned(),

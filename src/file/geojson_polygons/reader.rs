@@ -15,7 +15,7 @@ pub(super) struct Found {
     pub(super) most_places: usize,
     /// The name of the reference system; empty for a `crs` without one.
     pub(super) crs: Option<String>,
-    /// The first error that is not one of the JSON, with which reading ends.
+    /// The first error in the content rather than in the JSON syntax; reading ends with it.
     pub(super) failure: Option<String>,
 }
 
@@ -81,7 +81,7 @@ impl Coordinates<'_> {
 
     /// Ends a list, whose entries have the depth `inner`.
     fn end<E: Error>(&mut self, inner: u8) -> Result<(), E> {
-        // What follows a mistake is only read past.
+        // The text after a mistake is skipped.
         if self.shape.wrong.is_some() {
             return Ok(());
         }
@@ -318,7 +318,7 @@ impl<'de> Visitor<'de> for Objects<'_> {
     }
 }
 
-/// A value that should be text; `None` for another, of which nothing is stored.
+/// A value that should be text; `None` for any other value, which is not stored.
 struct Text(Option<String>);
 
 impl<'de> serde::Deserialize<'de> for Text {

@@ -23,7 +23,7 @@ struct Spray {
     turn: f64,
     length: f64,
     half_width: f64,
-    /// How far its tip hangs down, relative to its length.
+    /// Distance by which the tip hangs down, relative to the length.
     droop: f64,
 }
 

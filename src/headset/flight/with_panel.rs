@@ -10,18 +10,18 @@ use crate::headset::stage::Eye;
 use crate::headset::travel::HandInput;
 use crate::style::StyleError;
 
-/// How long the panel says what could not be done.
+/// Time for which the panel shows that a request failed.
 const NOTICE: Duration = Duration::from_secs(6);
 
 impl Flight {
-    /// Reads the hands, and does what they request of the panel. Returns what the flight is to follow.
+    /// Reads the controllers, and carries out their requests to the panel. Returns the input that the flight follows.
     pub(super) fn follow_hands(&mut self, eyes: &[Eye; 2], step_s: f64) -> Result<HandInput, HeadsetError> {
         let is_focused = self.headset.is_focused();
         let (hand_input, menu_input) = match is_focused {
             true => self.hands.read(&self.headset.session, step_s)?,
             false => (HandInput::default(), MenuInput::default()),
         };
-        // Until the first picture, the panel says what is being done.
+        // Until the first picture, the panel shows the current work.
         if self.shown.is_none() && self.drawn == 0 {
             return Ok(HandInput::default());
         }
@@ -87,7 +87,7 @@ impl Flight {
         self.quad.draw(page)
     }
 
-    /// Returns what is being done before the view is complete, and how much of it is done, 0 to 1.
+    /// Returns the work that remains before the view is complete, and its progress, 0 to 1.
     fn doing(&mut self) -> Option<(String, Option<f32>)> {
         if let Some(opening) = &self.opening {
             return Some(opening.doing());

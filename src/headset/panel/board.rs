@@ -9,11 +9,11 @@ use crate::lettering::ink::{PenStroke, cover};
 /// A colour in sRGB.
 pub(super) type Tone = [u8; 3];
 
-/// Background of the panel.
+/// Colour of the panel's background.
 pub(super) const PAPER: Tone = [26, 28, 33];
-/// Text.
+/// Colour of text.
 pub(super) const INK: Tone = [238, 234, 224];
-/// Text that matters less.
+/// Colour of less important text.
 pub(super) const DIM: Tone = [156, 160, 168];
 /// The selected row, and the names of controls.
 pub(super) const ACCENT: Tone = [246, 190, 92];
@@ -22,7 +22,7 @@ pub(super) const GROOVE: Tone = [66, 70, 80];
 
 /// Width of the pen that writes, as a fraction of the height of capitals.
 const PEN: f64 = 0.125;
-/// Smallest height of letters, as a fraction of the wanted height; longer texts are cut.
+/// Smallest height of letters, as a fraction of the intended height; longer texts are cut.
 const SMALLEST: f64 = 0.88;
 
 /// A picture in memory.
@@ -84,8 +84,8 @@ impl Board {
         self.rows(reach, tone, |row, covered| cover_areas(&areas, 0.0, row, covered));
     }
 
-    /// Writes a text on lines that are `room` wide and `pitch` apart. What does not fit on the last of `most` lines is
-    /// cut.
+    /// Writes a text on lines that are `room` wide and `pitch` apart. Text that does not fit on the last of `most`
+    /// lines is cut.
     pub(super) fn paragraph(&mut self, text: &str, at: DVec2, height: f64, (room, pitch): (f64, f64), most: usize) {
         let mut lines: Vec<String> = Vec::new();
         for word in text.split_whitespace() {

@@ -1,7 +1,7 @@
-//! The panel inside the headset: what it says, drawn as pixels with hachure's own letters.
+//! The panel inside the headset: its content, drawn as pixels with hachure's own letters.
 //!
-//! A [`Page`] is what a panel shows; [`Page::pixels`] draws it. Where the panel is in the room, and which page it has,
-//! is decided elsewhere ([`super::quad`], [`super::menu`]). This module depends on neither OpenXR nor GPUs.
+//! A [`Page`] is the content of a panel; [`Page::pixels`] draws it. Where the panel is in the room, and which page it
+//! has, is decided elsewhere ([`super::quad`], [`super::menu`]). This module depends on neither OpenXR nor GPUs.
 
 mod board;
 
@@ -78,7 +78,7 @@ pub(super) struct Slider {
     /// −100 to 100.
     pub position: i8,
     pub is_selected: bool,
-    /// Whether it does something in this style.
+    /// Whether the control has an effect in this style.
     pub has_effect: bool,
 }
 
@@ -149,7 +149,7 @@ impl Column {
             };
             board.text(name, DVec2::new(left + 16.0, y), LETTER, width - 32.0, tone);
         }
-        // What is above and below the shown part.
+        // Arrowheads if there are more choices above or below the shown part.
         let tip = left + width - 26.0;
         if start > 0 {
             board.line(&[[tip - 12.0, first - 4.0], [tip, first - 20.0], [tip + 12.0, first - 4.0]], DIM);
@@ -194,7 +194,7 @@ pub(super) mod tests {
     use super::board::Tone;
     use super::*;
 
-    /// Writes a page as a PNG into the folder that `HACHURE_PANELS` names, to be looked at.
+    /// Writes a page as a PNG into the folder that `HACHURE_PANELS` names, for inspection.
     pub(in crate::headset) fn look(name: &str, page: &Page) {
         let Some(folder) = std::env::var_os("HACHURE_PANELS") else { return };
         let path = std::path::Path::new(&folder).join(format!("{name}.png"));
@@ -229,7 +229,7 @@ pub(super) mod tests {
             let found = part(&pixels, from, to, tone);
             assert!((0.02..0.4).contains(&found), "{from:?}: {found}");
         }
-        // Where there is no row, there is nothing.
+        // Outside of the rows nothing is drawn.
         assert_eq!(part(&pixels, [44, 240], [980, 660], PAPER), 1.0);
         // Planted: a page without texts has none.
         let blank = Page::default().pixels();

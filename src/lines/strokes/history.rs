@@ -34,7 +34,7 @@ pub(crate) struct History {
     frames: u32,
     /// The next frame is an update, because a value of the style has changed.
     is_edited: bool,
-    /// How long strokes still come and go if the camera stays where it is, in units of the style's `fade_s`.
+    /// Time for which strokes still fade in and out if the camera stays where it is, in units of the style's `fade_s`.
     restless: f64,
 }
 
@@ -53,12 +53,11 @@ pub(crate) struct Step {
     pub land_changes: bool,
 }
 
-/// The largest part of a stroke's coming or going that one frame shows: more would be seen as a jump.
+/// The largest fraction of a stroke's fade that one frame shows: more would be seen as a jump.
 const MAX_PROGRESS: f64 = 0.5;
 
 impl Step {
-    /// Returns which part of the time in which a stroke comes or goes passes in this frame, limited to what one frame
-    /// may show.
+    /// Returns the fraction of the fade time of a stroke that passes in this frame, limited to what one frame may show.
     pub(crate) fn progress(&self, strokes: &style::Strokes) -> f64 {
         (self.step_s / f64::from(strokes.fade_s.max(1e-6))).min(MAX_PROGRESS)
     }

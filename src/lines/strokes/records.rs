@@ -30,7 +30,7 @@ pub(crate) struct ChainRules {
 impl ChainRules {
     /// The widest reach: squares of longer distances do not fit 32 bits when they are scaled.
     pub(crate) const WIDEST_REACH_UNITS: u32 = 1023;
-    /// How far an end may be behind the one that it is joined to: 1 px.
+    /// Largest distance of an end behind the one that it is joined to: 1 px.
     pub(crate) const OVERLAP_UNITS: u32 = 16;
     /// Rounds of choosing: an end whose choice preferred another one has two more tries.
     pub(crate) const ROUNDS: usize = 3;

@@ -25,7 +25,7 @@ pub(crate) const SPACING_PX: f32 = crate::gpu::wgsl::shared::stroke_samples::SPA
 /// How far lines grow, or shrink, at each end in a style's `fade_s`, in pixels. They grow from seeds 64 px apart
 /// (`shaders/shared/stroke_samples.wgsl`), so a whole line is visible after twice that time.
 pub(super) const GROWTH_PX: f64 = 16.0;
-/// `CLASSES` in the same file.
+/// `CLASSES` in `shaders/shared/stroke_samples.wgsl`.
 const CLASSES: u64 = crate::gpu::wgsl::shared::stroke_samples::CLASSES as u64;
 /// Index of the number of chains in `StrokeCounts`.
 const CHAINS_INDEX: u32 = 2;

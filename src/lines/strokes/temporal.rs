@@ -30,7 +30,7 @@ const GONE: BufferKind = BufferKind::storage("gone samples");
 /// Index at which each kept sample is stored.
 const KEPT: BufferKind = BufferKind::storage("kept places");
 
-/// Finds for each sample what was there in the previous frame, whose stroke ids are `ids`.
+/// Finds for each sample the stroke that was at its place in the previous frame, whose stroke ids are `ids`.
 pub(crate) fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
     let resources = [
         ("view", view.clone()),

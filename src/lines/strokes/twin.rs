@@ -1,9 +1,9 @@
 //! The CPU twin of chaining, and so the specification of [`chain`](super::chain), one step after the other.
 //!
 //! Pietrok (2021), section 4.2.3, joins an edge with a partner that is nearer than D, at less than the angle A, and not
-//! overlapping: the first one that qualifies, in the order of the list. Changed: each end chooses its best partner,
-//! those that chose each other are joined, and this is done three times; so the order of segments only decides ties,
-//! and each end is joined at most once. All numbers are integers.
+//! overlapping: the first one that qualifies, in the order of the list. Here each end chooses its best partner, ends
+//! that chose each other are joined, and this is done three times; so the order of segments only decides ties, and each
+//! end is joined at most once. All numbers are integers.
 
 use rustc_hash::FxHashMap;
 

@@ -1,8 +1,8 @@
 //! Reprojection: where a pixel of one frame is in another, and whether it is visible there.
 //!
 //! The world does not move: the motion of a surface comes from its position, that of the sky from its direction. A line
-//! straddles the edge that it outlines, so half of its pixels are over what is behind. A line therefore moves with the
-//! *nearest* surface within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's
+//! straddles the edge that it outlines, so half of its pixels are over the surface behind. A line therefore moves with
+//! the *nearest* surface within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's
 //! pixel gives the motion, because on a plane seen at a grazing angle motion changes from row to row.
 //!
 //! Visibility in both frames is decided by the nearest distance around a point: the distance expected from one frame
@@ -10,11 +10,11 @@
 //! points are between pixels. So the expected distance must be between the nearest ones within a slightly smaller and a
 //! slightly larger circle, with a tolerance.
 //!
-//! Lines of what is *behind*, with their own motion, end at the same edge. A line that is not found with the motion of
-//! the surface in front may be found with that of its own surface ([`Follower::place_behind`]).
+//! Lines of the surface *behind* the edge, which have their own motion, end at the same edge. A line that is not found
+//! with the motion of the surface in front may be found with that of its own surface ([`Follower::place_behind`]).
 //!
-//! What is uncovered within [`OWNER_PX`] of an edge cannot be distinguished from that edge's own line. Edges mostly
-//! have a line in both frames, which is then found.
+//! A line that is uncovered within [`OWNER_PX`] of an edge cannot be distinguished from that edge's own line. Edges
+//! mostly have a line in both frames, which is then found.
 //!
 //! Each frame bends the earth around its own camera. Between frames this moves a point by the camera's step over the
 //! earth's radius, some 1e-6 rad at 10 m.
@@ -27,9 +27,10 @@ use crate::scene::view::View;
 /// A line belongs to the nearest surface within this distance.
 pub(crate) const OWNER_PX: f64 = 2.0;
 /// Pixels without ink are compared with the nearest surface within this distance. It is larger than for lines, because
-/// a line of the other frame extends over the edge that it outlines and hides what is there.
+/// a line of the other frame extends over the edge that it outlines and hides the pixels there.
 const SURROUNDINGS_PX: f64 = 3.0;
-/// How much smaller and larger the circles are in which a distance is looked for, since points are between pixels.
+/// Difference between the radii of the two circles in which a distance is searched and the nominal radius, in pixels,
+/// since points are between pixels.
 const SLACK_PX: f64 = 0.75;
 /// Tolerance of an expected distance, relative to it.
 const SAME_DISTANCE: f64 = 0.02;
@@ -50,9 +51,9 @@ pub(crate) struct SurfaceOfFrame<'a> {
 /// Which surface's motion a pixel has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Whose {
-    /// That of the surface at the pixel.
+    /// The motion of the surface at the pixel.
     Surface,
-    /// That of the nearest surface around it.
+    /// The motion of the nearest surface around the pixel.
     Line,
 }
 
@@ -187,14 +188,15 @@ impl Follower<'_> {
         self.way_there(pixel).map_or(f64::INFINITY, DVec3::length)
     }
 
-    /// Returns the vector from the other frame's eye to what a pixel shows; `None` for the sky.
+    /// Returns the vector from the other frame's eye to the point that a pixel shows; `None` for the sky.
     fn way_there(&self, pixel: usize) -> Option<DVec3> {
         let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;
         let at = &self.from.position[pixel];
         (at[3] > 0.0).then(|| way(at) + self.from.from_eye_m + step_m)
     }
 
-    /// Returns the motion in the picture of what a pixel shows; `None` if it ends up sideways or behind the eye.
+    /// Returns the motion in the picture of the point that a pixel shows; `None` if it ends up sideways or behind the
+    /// eye.
     fn motion(&self, pixel: usize) -> Option<DVec2> {
         let (here, there) = match self.way_there(pixel) {
             Some(there) => (way(&self.from.position[pixel]) + self.from.from_eye_m, there),

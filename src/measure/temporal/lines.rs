@@ -12,7 +12,7 @@ use super::{HELD_SHARE, LINE_INK, LineChange, Share, StrokePictures};
 pub(crate) struct Fate {
     pub pixel: usize,
     pub ink: f32,
-    /// Its counterpart; `None` if it cannot be followed.
+    /// The counterpart of the pixel in the other frame; `None` if the pixel cannot be followed.
     pub there: Option<Counterpart>,
 }
 

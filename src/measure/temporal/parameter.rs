@@ -5,10 +5,10 @@
 //! same stroke around it. A line is thin and often straight, so its pixels do not determine the gradient across the
 //! line; a small weight on the gradient's length makes it 0 there.
 //!
-//! Where strokes are close together, the nearest line pixel may belong to another one. So a stroke is looked for by its
-//! identity, within reach of the place. If it is not found, the pixel has no slip and counts as a change of identity. A
-//! stroke may also pass a place more than once (a fold, or one stroke that became two parallel ones): of its passes
-//! within reach, the one with the closest parameter counts.
+//! Where strokes are close together, the nearest line pixel may belong to another one. So a stroke is searched for by
+//! its identity, within reach of the place. If it is not found, the pixel has no slip and counts as a change of
+//! identity. A stroke may also pass a place more than once (a fold, or one stroke that became two parallel ones): of
+//! its passes within reach, the one with the closest parameter counts.
 
 use glam::{DMat2, DVec2};
 

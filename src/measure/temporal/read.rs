@@ -1,4 +1,4 @@
-//! Reading back what a frame drew. `rig` is the rig with jitter, as it was sampled; the result is without jitter.
+//! Reads back the pictures of a frame. `rig` is the rig with jitter, as it was sampled; the result is without jitter.
 //!
 //! Ink of strokes includes the effect of haze; ink of line pictures is read as the composite reads it, before haze. If
 //! a style has both, the larger ink counts.

@@ -23,7 +23,7 @@ pub(crate) fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Re
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
 }
 
-/// Returns what was left out of the last frame's strokes for lack of room; `None` if the style has none.
+/// Returns the strokes of the last frame that were left out for lack of room; `None` if the style has no strokes.
 ///
 /// # Errors
 /// [`GpuError::Readback`].

@@ -44,7 +44,7 @@ impl TemporalTotals {
         }
     }
 
-    /// Returns the numbers for a report; `None` before the first pair. What could not be measured is null:
+    /// Returns the numbers for a report; `None` before the first pair. Values that could not be measured are null:
     ///
     /// | name | |
     /// | --- | --- |

@@ -39,7 +39,7 @@ pub(super) struct Job<'a> {
     pub encodes: bool,
     /// The path of the pyramid, for messages.
     pub out: &'a Path,
-    /// Who may read the files.
+    /// The users who may read the files.
     pub readers: Readers,
     /// The identity of the bake: a hash of the heights, options and version.
     pub bake: u64,
@@ -296,7 +296,7 @@ impl Work<'_> {
     }
 
     /// Measures the patches of each stride that the round makes, by level from the round's base (included), row-major;
-    /// in the last round all coarser strides too. Stores in `grids` what the next round needs.
+    /// in the last round all coarser strides too. Stores the input of the next round in `grids`.
     fn patches(
         &self,
         base: &Field,

@@ -21,7 +21,7 @@ pub(super) struct Deferred {
     pub level: u32,
     /// In the first round, its column in level 0; later, that of its quad among the vertices of the round's base level.
     pub x: u32,
-    /// Its row, counted like `x`.
+    /// The row of the sample, or of its quad, counted like `x`.
     pub y: u32,
     /// In the first round, its height in metres; later NaN.
     pub height_m: f32,

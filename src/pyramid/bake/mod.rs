@@ -147,7 +147,7 @@ pub fn bake(
 /// Does the same as [`bake()`], with other `work`, but no shard.
 ///
 /// # Errors
-/// As for [`bake()`].
+/// The errors of [`bake()`].
 pub(crate) fn bake_with(
     grid: &HeightGrid,
     out: &Path,
@@ -169,8 +169,8 @@ pub(crate) fn bake_with(
 /// Bakes heights of any size like [`bake()`]; they are read in windows, each about once.
 ///
 /// # Errors
-/// As for [`bake()`], if the heights cannot be read, and [`PyramidError::Parts`] if the work folder belongs to another
-/// bake.
+/// The errors of [`bake()`] and of reading the heights, and [`PyramidError::Parts`] if the work folder belongs to
+/// another bake.
 pub fn bake_reader(
     reader: &dyn HeightReader,
     out: &Path,

@@ -4,9 +4,9 @@
 //! it, and the error of each of that level's tiles, which bounds the distance of its surface from the data at each
 //! full-resolution sample. The distance between the two surfaces, measured at the same samples, plus that error bounds
 //! the error of the coarser tile. (Between the samples of the base the surfaces bend, so comparing them at those
-//! samples alone would not do.)
+//! samples alone would not suffice.)
 //!
-//! A chunk knows the heights around its own as they were, but not after the codec: they are within the codec's bound.
+//! A chunk knows the original heights around its own, but not the decoded ones: these are within the codec's bound.
 //! Where the surface depends on such a height, or on the filling of no-data, which depends on such heights, the error
 //! is raised by their largest influence. In lossless pyramids, and where one chunk covers the grid, nothing is added.
 //!

@@ -10,7 +10,7 @@ use crate::pyramid::surface::statistics::PatchStatistics;
 use crate::pyramid::tile::{TileAddress, flagged, is_void};
 use crate::source::georeference::Georeference;
 
-/// What happens to heights.
+/// A change of the heights of a store.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Alteration {
     /// They are multiplied by a factor above 0, and so are their errors.

@@ -1,6 +1,5 @@
-//! The cache of baked pyramids: stored in a folder of the system's cache, found again by what they were baked from, and
-//! removed, the least recently used first, when they take too much space. Damaged files are rebuilt (`entry`,
-//! `healing`).
+//! The cache of baked pyramids: stored in a folder of the system's cache, found again by their origin, and removed, the
+//! least recently used first, when they take too much space. Damaged files are rebuilt (`entry`, `healing`).
 //!
 //! The folder is hachure's own ([`crate::file::cache_folder`]) within the one that the caller names, otherwise
 //! `HACHURE_CACHE`, otherwise the system's cache folder for hachure.
@@ -60,7 +59,7 @@ where
 /// interrupted bake is resumed.
 ///
 /// # Errors
-/// As for [`open_or_bake`].
+/// The errors of [`open_or_bake`].
 pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
     open_or_bake_file_with(path, &OpenOptions::default(), progress)
 }
@@ -69,7 +68,7 @@ pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid
 /// pyramid. With a no-data value, even a baked pyramid is baked again.
 ///
 /// # Errors
-/// As for [`open_or_bake`].
+/// The errors of [`open_or_bake`].
 pub(crate) fn open_or_bake_file_with(
     path: &Path,
     options: &OpenOptions,
@@ -86,7 +85,7 @@ pub(crate) fn open_or_bake_file_with(
 /// read.
 ///
 /// # Errors
-/// As for [`open_or_bake`].
+/// The errors of [`open_or_bake`].
 pub fn open_or_bake_store(
     path: &Path,
     options: &OpenOptions,

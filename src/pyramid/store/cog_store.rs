@@ -73,7 +73,7 @@ pub struct CogStore {
     /// The filling of no-data far from everything: the lowest height of the coarsest level, in metres.
     fallback_m: f32,
     coarse: Vec<Vec<PatchStatistics>>,
-    /// Whether a tile with no-data was found. From then on the levels that fill it are fetched with each tile.
+    /// Whether a tile with no-data was found. From then on the levels that fill no-data are fetched with each tile.
     has_voids: AtomicBool,
     measured: Option<Measured>,
 }

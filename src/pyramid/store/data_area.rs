@@ -1,6 +1,6 @@
 //! Where a store of tiles has heights: many rasters are mostly no-data, such as clips and strips of LiDAR.
 //!
-//! The statistics of a tile include all finer ones, so what is empty is not read any further. Stores without measured
+//! The statistics of a tile include all finer ones, so an empty tile is not read any further. Stores without measured
 //! statistics (COGs of other programs, mosaics) estimate them from each tile, and may miss areas smaller than a coarse
 //! sample.
 
@@ -34,7 +34,7 @@ pub(crate) struct DataCell {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DataArea {
     pub cells: Vec<DataCell>,
-    /// Whether all of the grid has heights, as far as the tiles show that were read.
+    /// Whether the whole grid has heights, according to the tiles that were read.
     pub is_whole: bool,
 }
 

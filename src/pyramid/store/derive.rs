@@ -1,12 +1,12 @@
 //! Estimated statistics of a tile without measured errors: of a COG without a sidecar, of computed land, or of several
 //! DEMs as one.
 //!
-//! A tile does not show what it has lost, but it shows what its parent would lose of it. Average its samples two by
-//! two, and interpolate the averages by the bicubic surface: the largest distance r of the samples from that surface is
-//! the loss of the next step. Land is self-affine over many scales (Mandelbrot 1982; Huang and Turcotte, "Fractal
-//! mapping of digitized images", J. Geophys. Res. 94, 1989): from level to level losses shrink by 2^−H, and with the H
-//! = ½ of rough land their squares halve. The largest losses of several steps rarely coincide, so squares add, from
-//! level L down to level 0:
+//! A tile does not show the detail that it has lost, but it shows the detail that its parent would lose. Average its
+//! samples two by two, and interpolate the averages by the bicubic surface: the largest distance r of the samples from
+//! that surface is the loss of the next step. Land is self-affine over many scales (Mandelbrot 1982; Huang and
+//! Turcotte, "Fractal mapping of digitized images", J. Geophys. Res. 94, 1989): from level to level losses shrink by
+//! 2^−H, and with the H = ½ of rough land their squares halve. The largest losses of several steps rarely coincide, so
+//! squares add, from level L down to level 0:
 //!
 //! ```text
 //! error = K · r · √(½ + ¼ + … + 2^−L) = K · r · √(1 − 2^−L)

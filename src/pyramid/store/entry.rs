@@ -97,7 +97,7 @@ impl Entry {
     /// Bakes the pyramid again, unless another process did. `is_whole` checks the place where damage was found.
     ///
     /// # Errors
-    /// As for [`Entry::open_or_make`].
+    /// The errors of [`Entry::open_or_make`].
     pub(super) fn rebuild(
         &self,
         is_whole: impl FnOnce(&Pyramid) -> bool,
@@ -195,7 +195,7 @@ impl Entry {
         tracing::warn!("{}: its cached pyramid is damaged ({}) and is baked again", self.name, self.cause_of(damage));
     }
 
-    /// Returns what is wrong with the cached files, without their names, which mean nothing to users.
+    /// Returns the damage of the cached files, without their names, which mean nothing to users.
     fn cause_of(&self, damage: &PyramidError) -> String {
         let text = damage.message();
         let names = [sidecar_path(&self.tif), self.tif.clone()].map(named);

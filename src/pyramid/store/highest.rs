@@ -103,7 +103,7 @@ pub(crate) fn highest_sample(store: &Arc<dyn TileStore>) -> Result<Option<Highes
         } else if loaded.statistics.max_m < max_m
             && waiting.peek().is_some_and(|next| next.max_m > loaded.statistics.max_m)
         {
-            // Another tile may hold a higher sample; this one comes back when its turn is there.
+            // Another tile may hold a higher sample; this one comes back when it is its turn.
             waiting.push(Ranked { max_m: loaded.statistics.max_m, address });
             continue;
         }
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn the_highest_sample_is_found_wherever_it_is() {
         let size = [1100, 900];
-        // A single sample in a broad hill elsewhere, in the last row, and beside no-data.
+        // A single sample in a broad hill elsewhere, in the last row, and next to no-data.
         for peak in [[3, 5], [1099, 899], [511, 512], [700, 256], [255, 255]] {
             let land = |x: u32, y: u32| {
                 let hill = 400.0 - 0.5 * (f64::from(x) - 300.0).hypot(f64::from(y) - 600.0);

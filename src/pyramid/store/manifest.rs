@@ -1,5 +1,5 @@
-//! The origin of a cached pyramid, which is also the manifest of its files: it records what was baked, and which .tif
-//! that gave. Only files that a manifest describes are ever removed.
+//! The origin of a cached pyramid, which is also the manifest of its files: it records what was baked, and the
+//! resulting .tif. Only files that a manifest describes are ever removed.
 //!
 //! ```text
 //! 8 bytes  "HACHFRM2"

@@ -64,7 +64,7 @@ impl MemoryStore {
     /// Makes a store of everything that a reader has, as [`MemoryStore::new`] does.
     ///
     /// # Errors
-    /// As for [`MemoryStore::new`], or if the heights cannot be read.
+    /// The errors of [`MemoryStore::new`] and of reading the heights.
     pub fn of_reader(reader: &dyn HeightReader, name: &str, progress: &dyn Progress) -> Result<Self, PyramidError> {
         let [width, height] = reader.size();
         check_size(width, height, Path::new(name))?;

@@ -37,7 +37,7 @@ pub fn open_remote(url: &str, voids: VoidMode) -> Result<Arc<dyn TileStore>, Pyr
 /// not filled.
 ///
 /// # Errors
-/// As for [`open_remote`].
+/// The errors of [`open_remote`].
 pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> Result<Arc<CogStore>, PyramidError> {
     open_remote_as(url, settings, decoded_bytes, VoidMode::Holes)
 }
@@ -70,7 +70,7 @@ pub fn open_local_cog(path: &Path) -> Result<Option<Arc<dyn TileStore>>, Pyramid
 /// Like [`open_local_cog`], with or without filling small holes.
 ///
 /// # Errors
-/// As for [`open_local_cog`].
+/// The errors of [`open_local_cog`].
 pub(crate) fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dyn TileStore>>, PyramidError> {
     let io = |source| PyramidError::Io { path: path.to_owned(), what: "opening", source };
     if !std::fs::metadata(path).map_err(io)?.is_file() {

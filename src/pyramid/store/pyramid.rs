@@ -189,7 +189,7 @@ impl Pyramid {
     /// Reads a tile with its statistics, and verifies the checksum of its bytes.
     ///
     /// # Errors
-    /// As for [`Pyramid::read_tile`].
+    /// The errors of [`Pyramid::read_tile`].
     pub(super) fn read_verified(&self, address: TileAddress) -> Result<LoadedTile, PyramidError> {
         let Record { statistics, patches, checksum } = self.record(address)?;
         self.verify(address, checksum)?;

@@ -1,8 +1,8 @@
 //! Members of a mosaic that are too small for the samples of a coarse tile.
 //!
 //! A member that is smaller than the space between samples leaves no trace in a tile's heights, so [`derive()`] would
-//! estimate that nothing is lost there, and nobody would ask for finer tiles. The statistics of the tile and of its mesh
-//! patches therefore take in the members' height ranges, which are known without reading samples.
+//! estimate that nothing is lost there, and finer tiles would never be requested. The statistics of the tile and of its
+//! mesh patches therefore take in the members' height ranges, which are known without reading samples.
 //!
 //! [`derive()`]: super::derive()
 
@@ -15,9 +15,10 @@ use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchPage, Voids, patch_
 use crate::pyramid::tile::{PATCH_QUADS, TileAddress};
 use crate::source::mosaic::Placed;
 
-/// Samples along the shorter side of a member from which on a tile's own samples show what is lost of it.
+/// Number of samples along the shorter side of a member from which on the tile's own samples show the loss.
 const SHOWN_SAMPLES: f64 = 2.0;
-/// Least error that a small member causes, as a share of its height range: that of other land that has its heights.
+/// Least error that a small member causes, as a share of its height range: the error where other land has the same
+/// heights.
 const LEAST_SHARE: f32 = 0.1;
 
 /// A member that is too small for a tile.

@@ -86,7 +86,7 @@ pub trait TileStore: Send + Sync {
     /// Fetches and decodes a tile.
     ///
     /// # Errors
-    /// As for [`TileStore::fetch`].
+    /// The errors of [`TileStore::fetch`].
     fn load(self: Arc<Self>, address: TileAddress) -> Result<LoadedTile, PyramidError> {
         self.fetch(address, &Cancel::default())?()
     }

@@ -1,6 +1,6 @@
-//! Removes the least recently used entries of the cache when it is too large. Only what a bake put there is removed: a
-//! pyramid that its manifest describes, with the files of its entry, and temporary files of entries; and folders of
-//! unpacked archives that killed processes left.
+//! Removes the least recently used entries of the cache when it is too large. Only files that a bake put there are
+//! removed: a pyramid that its manifest describes, with the files of its entry, and temporary files of entries; and
+//! folders of unpacked archives that killed processes left.
 
 use std::ffi::OsString;
 use std::fs;

@@ -162,7 +162,7 @@ fn too_many_entries(path: &Path, limits: &Limits) -> SourceError {
     unclear(path, format!("has more than {} entries; unpack it, and name the DEM or the folder", limits.entries))
 }
 
-/// The use of the name and the content of a file; it says whether others follow.
+/// A function that receives the name and the content of a file; its result decides whether others follow.
 type Work<'a> = dyn FnMut(&str, &mut dyn Read) -> Result<ControlFlow<()>, SourceError> + 'a;
 
 /// Calls `work` for each file in a container.

@@ -1,9 +1,9 @@
 //! Decides whether two height files show the same land where they overlap, and which of two that do not is the DEM.
 //!
 //! Folders of DEMs also hold rasters that were derived from them: hillshades, slopes, aspects, roughness, classes of
-//! land cover, error estimates. Their values are no heights, but nothing in the files says so. Two surveys of the same
+//! land cover, error estimates. Their values are not heights, but nothing in the files says so. Two surveys of the same
 //! land agree: their values rise and fall together, and differ by less than the relief. A derived raster does neither.
-//! It is also rougher than its DEM: a derivative amplifies what is small. So of two rasters that disagree, the one
+//! It is also rougher than its DEM: a derivative amplifies small features. So of two rasters that disagree, the one
 //! whose neighbouring samples differ less, relative to all of its values, is the DEM.
 
 use super::sample_transform::{SampleTransform, middle_x};
@@ -87,7 +87,7 @@ const DERIVED_WORDS: [&str; 40] = [
 /// Words in the names of files that hold heights.
 const HEIGHT_WORDS: [&str; 9] = ["dem", "dtm", "dsm", "dhm", "height", "heights", "elevation", "elev", "terrain"];
 
-/// The content of a file as its name says it.
+/// The content of a file according to its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Claim {
     Heights,
@@ -96,7 +96,7 @@ pub(super) enum Claim {
 }
 
 impl Claim {
-    /// Returns what the words of a file's name say. `dem_slope.tif` is a slope.
+    /// Returns the content that the words of a file's name indicate. `dem_slope.tif` is a slope.
     pub(super) fn of(stem: &str) -> Self {
         let stem = stem.to_ascii_lowercase();
         let has = |known: &[&str]| stem.split(|c: char| !c.is_alphabetic()).any(|word| known.contains(&word));
@@ -167,7 +167,7 @@ impl Roughness {
         }
     }
 
-    /// Adds what was found elsewhere in the same file.
+    /// Adds the findings from elsewhere in the same file.
     pub(super) fn join(&mut self, other: Self) {
         other.values.into_iter().flatten().for_each(|value| self.see(value));
         self.steps += other.steps;
@@ -390,7 +390,7 @@ fn difference(pairs: &[[f64; 2]], kinship: Kinship) -> Option<Difference> {
     if correlation > MIN_UNIT_CORRELATION && relief_m > MIN_RELIEF_M && !(0.7..1.4).contains(&factor) {
         return Some(Difference::Factor(factor));
     }
-    // What was derived from a plain differs from it by little, but has another relief.
+    // A raster derived from a plain differs little from it, but has another relief.
     let is_of_one_relief = relief_m <= MAX_RELIEF_RATIO * smaller_m || relief_m < MIN_RELIEF_M;
     let tolerance_m = match (is_aligned, is_derived) {
         (true, true) => 0.1 * smaller_m,
@@ -494,7 +494,7 @@ mod tests {
         // The sea, and no-data, of one of two files.
         assert_eq!(compared(&height_m, &zero_up_to(20.0)), Some(None));
         assert_eq!(compared(&zero_up_to(10.0), &height_m), Some(None));
-        // What both call the sea stays.
+        // Zeros that both files have agree.
         assert_eq!(compared(&zero_up_to(40.0), &zero_up_to(40.0)), Some(None));
     }
 

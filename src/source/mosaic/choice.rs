@@ -1,7 +1,8 @@
 //! Chooses which of several files are the heights of a world.
 //!
-//! Folders of DEMs also hold other rasters on the same ground. Files that are pictures, or have samples of 8 bits, hold
-//! no heights; those that disagree with the DEM ([`super::agreement`]) are left out as well. Each is reported by name.
+//! Folders of DEMs also hold other rasters on the same ground. Files that are pictures, or have samples of 8 bits, do
+//! not hold heights; those that disagree with the DEM ([`super::agreement`]) are left out as well. Each is reported by
+//! name.
 
 use std::path::{Path, PathBuf};
 
@@ -306,7 +307,7 @@ mod tests {
     #[test]
     fn names_decide_where_values_do_not() {
         let folder = tempfile::tempdir().unwrap();
-        // A smooth field that is no height: temperature, or the height of the geoid.
+        // A smooth field that is not one of heights: temperature, or the height of the geoid.
         write(folder.path(), "geoid.asc", 0, |x, y| 3000.0 + 0.1 * x + 0.2 * y);
         write(folder.path(), "dem.asc", 0, height_m);
         assert_eq!(names(&of(&[folder.path().to_owned()])).0, ["dem.asc"]);

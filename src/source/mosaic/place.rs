@@ -14,7 +14,7 @@ pub(super) const TOO_FAR: &str = "is too far from the other files to form one gr
 /// Largest number of samples on a side of a mosaic.
 const LARGEST_SIDE: f64 = (1 << 24) as f64;
 
-/// Share of a grid that its members must cover for no warning.
+/// Share of a grid below which a warning says that its members cover little of it.
 const SPARSE_SHARE: f64 = 0.1;
 
 /// Why several DEMs have no common grid.
@@ -206,7 +206,7 @@ impl Placed {
         for (i, k) in (0..=8).flat_map(|k| (0..=8).map(move |i| (i, k))) {
             let place = self.way.map(at(window.x, window.width, i), at(window.y, window.height, k));
             if !place.iter().all(|c| c.is_finite()) {
-                // Part of the window is beyond the projection; what the rest of it meets is not known by these places.
+                // Part of the window is beyond the projection; these places do not show what the rest of it covers.
                 return true;
             }
             for axis in 0..2 {

@@ -12,7 +12,7 @@ use crate::source::georeference::GeoreferenceError;
 /// 0.0004 in the middle of a zone, by up to 0.001 at its edge, and by 0.0027 half a zone beyond.
 const GOOD_DEPARTURE: f64 = 0.003;
 
-/// How much smaller the departure of a plane must be, as a factor, than that of one that is conformal.
+/// Factor by which the departure of a plane must be smaller than that of a conformal one.
 const CLEARLY_SMALLER: f64 = 0.7;
 
 /// Largest angle from the central meridian at which the transverse Mercator projection is used, in radians. At 60° its
@@ -110,7 +110,7 @@ impl GridOnEarth<'_> {
                 let north = (ground_from_file * DVec2::Y).normalize();
                 let world_from_ground = DMat2::from_cols(DVec2::new(north.y, north.x), DVec2::new(-north.x, north.y));
                 let world_from_offset = world_from_ground * ground_from_file * metres_per_unit;
-                // A projection that rejects the ellipsoid is no candidate.
+                // A projection that rejects the ellipsoid is not a candidate.
                 let mercator = self.transverse_mercator(world_from_ground).ok();
                 let (plane, world) = self.best(mercator.into_iter().chain([Plane::Fitted { world_from_offset }]));
                 let scale = world.map(|world| GroundScale { file: Some(file), world });

@@ -1,4 +1,4 @@
-//! Files of a camera path that is being edited: its own, a new one, a copy for a film, and what survives a crash.
+//! Files of a camera path that is being edited: its own, a new one, a copy for a film, and edits that survive a crash.
 
 use std::io;
 use std::path::{Path, PathBuf};

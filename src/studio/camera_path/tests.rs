@@ -124,7 +124,7 @@ fn a_drag_is_one_step() {
     assert_eq!(document.undo().as_deref(), Some("move the key to 4.4 s"));
     assert_eq!(document.undo(), None);
     assert_eq!(document.text(), TEXT);
-    // A drag back to its start is none.
+    // A drag back to its start is not a step.
     document.set_ease(1, 0.5).unwrap();
     document.set_ease(1, 0.0).unwrap();
     document.release();

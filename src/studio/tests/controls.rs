@@ -55,7 +55,7 @@ fn a_drag_of_a_control_is_one_step() {
     document.set_control(Control::Weight, 0).unwrap();
     document.release();
     assert_eq!((document.control(Control::Weight), document.control(Control::Density)), (0, 60));
-    // A drag back to its start is no step, although values are clamped on the way.
+    // A drag back to its start is not a step, although values are clamped on the way.
     let (text, step) = (document.text().to_owned(), document.step_names()[0].unwrap().to_owned());
     for position in [50, 100, -100, 0] {
         document.set_control(Control::Weight, position).unwrap();
@@ -78,7 +78,7 @@ fn values_of_the_user_move_with_the_others() {
     document.set_control(Control::Weight, 0).unwrap();
     document.release();
     assert!((width_px(&document) - 5.0).abs() < 0.01 && document.style().water().unwrap().shore_px == 1.3);
-    // What is saved is the new middle.
+    // The saved style is the new middle.
     let folder = tempfile::tempdir().unwrap();
     document.set_control(Control::Warmth, 40).unwrap();
     let saved = document.save_as(folder.path().join("warm").to_str().unwrap(), None).unwrap();

@@ -127,7 +127,7 @@ fn unsaved_edits_survive() {
     unsaved.keep(&document);
     drop(unsaved);
     assert_eq!(std::fs::read_dir(&cache).unwrap().count(), 0);
-    // Without a cache nothing is kept, and nothing fails.
+    // Without a cache, no edits are kept, and nothing fails.
     let nowhere = Unsaved::within(None);
     nowhere.keep(&document);
     assert_eq!(nowhere.find(&document), None);
@@ -213,7 +213,7 @@ fn every_way_to_write_a_file_is_noticed() {
     watch.follow(&[path.clone(), recipe.clone()]);
     // The watch begins in another thread.
     std::thread::sleep(Duration::from_millis(100));
-    // Reading a file, and writing another one in the folder, is no change.
+    // Reading a file, and writing another one in the folder, does not count as a change.
     let _ = read(&path);
     write(&other, "second");
     assert!(!watch.wait(SOON), "nothing has changed");
@@ -238,7 +238,7 @@ fn every_way_to_write_a_file_is_noticed() {
             assert!(!watch.wait(SOON), "{name} of {} was seen twice", path.display());
         }
     }
-    // What is not followed any more is not reported.
+    // Changes of files that are no longer watched are not reported.
     watch.follow(&[recipe]);
     std::thread::sleep(Duration::from_millis(100));
     rename_over(&path);

@@ -16,7 +16,7 @@ use crate::file::toml_text::{Misplaced, described};
 /// Sections of the older form that are layers, from the bottom to the top. Later kinds exist only as `[[layers]]`.
 const SECTIONS: [&str; 9] =
     ["tone_lines", "height_lines", "hatching", "cuts", "rows", "water", "rims", "lines", "strokes"];
-/// Lists whose names differ between the forms: the section, the name in the older form, and the present name.
+/// Lists whose names differ between the forms: the section, the name in the older form, and the current name.
 const RENAMED: [(&str, &str, &str); 2] = [("hatching", "layers", "sets"), ("cuts", "layers", "families")];
 
 /// Rewrites the table of a style file so that serde reads either form: each layer becomes `{ KIND = { ... } }`. Values
@@ -115,7 +115,7 @@ fn first_span(list: &DeArray<'_>) -> std::ops::Range<usize> {
     list.iter().next().map_or(0..0, Spanned::span)
 }
 
-/// Renames the lists of a section of the older form to their present names.
+/// Renames the lists of a section of the older form to their current names.
 fn rename(section: &mut DeTable<'_>, name: &str) -> Result<(), Misplaced> {
     for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
         if let Some((key, _)) = section.get_key_value(*new) {
@@ -320,7 +320,7 @@ mod tests {
         assert!(inline.contains("# thick\r\n[[layers]]\r\nkind = \"rims\"\r\n"), "{inline:?}");
         assert!(!inline.replace("\r\n", "").contains('\n'), "{inline:?}");
         assert_eq!(Style::parse("x.toml", &inline).unwrap().rims().unwrap().width_px, 2.0);
-        // A text in the present form is unchanged.
+        // A text in the current form is unchanged.
         assert_eq!(migrated(&new).unwrap(), new);
     }
 
@@ -331,7 +331,7 @@ mod tests {
             let document: DocumentMut = text.parse().unwrap();
             assert_eq!(key_in_document(document.as_item(), "cuts.families[1].from"), written);
             assert_eq!(key_in_document(document.as_item(), "paper.grain"), "paper.grain");
-            // Another key that begins with the name of a list is no list.
+            // Another key that begins with the name of a list is not a list.
             let other = key_in_document(document.as_item(), "cuts.families_px");
             assert!(["cuts.families_px", "layers[0].families_px"].contains(&other.as_str()), "{other}");
         }

@@ -29,7 +29,7 @@ pub(crate) trait Setting: Sized {
     /// Checks a list as a whole, in addition to [`Setting::check`] on each entry.
     ///
     /// # Errors
-    /// Those of [`Setting::check`].
+    /// The errors of [`Setting::check`].
     fn check_list(_list: &[Self], _key: &str) -> Result<(), Wrong> {
         Ok(())
     }

@@ -46,7 +46,7 @@ pub(crate) fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Int
 /// Does the same as [`set`] for several keys.
 ///
 /// # Errors
-/// Those of [`set`].
+/// The errors of [`set`].
 pub(crate) fn set_all<T: Setting>(name: &str, text: &str, values: Vec<(String, Value)>) -> Result<String, TomlError> {
     // The parser of files has the better messages.
     toml_text::keys(name, text)?;
@@ -94,7 +94,7 @@ fn set_in(document: &mut DocumentMut, key: &str, mut value: Value) -> Result<(),
 /// comment belongs to the value, the default is written instead, and the comment stays.
 ///
 /// # Errors
-/// As [`set`]; a value without a default cannot be left out, which shows when the text is read.
+/// The errors of [`set`]; a value without a default cannot be left out, which shows when the text is read.
 #[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) fn restore<T: Setting>(
     name: &str,
@@ -116,7 +116,7 @@ pub(crate) fn restore<T: Setting>(
             item = item.and_then(|item| item.get_mut(number));
         }
     }
-    // What is not there has its default.
+    // Values that are not given have their defaults.
     let Some(table) = item.and_then(Item::as_table_like_mut) else { return Ok(text.to_owned()) };
     let is_comment = |raw: Option<&toml_edit::RawString>| {
         raw.and_then(toml_edit::RawString::as_str).is_some_and(|text| text.contains('#'))

@@ -20,7 +20,7 @@ const PAPER_ROW: f32 = 0.1;
 const PALE: f32 = 0.4;
 const LEAST_PAPER: f32 = 0.1;
 const DARKEST_PAPER: f32 = 0.35;
-/// What a scanner adds to the tone of paper.
+/// Noise that a scanner adds to the tone of paper, as darkness, 0 to 1.
 const PAPER_NOISE: f32 = 0.05;
 
 /// The darkness of a picture of a stroke. Paper is white, and rows of paper above and below the stroke are left out.

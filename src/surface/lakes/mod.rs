@@ -31,7 +31,7 @@ use crate::world::given_water::GivenWater;
 
 /// The tiles whose maps are computed.
 const JOBS: BufferKind = BufferKind::storage("lake jobs");
-/// Counts and lists of what was found in the tiles.
+/// Counts and lists of the findings in the tiles.
 const FOUND_KIND: BufferKind = BufferKind::storage("lakes found");
 /// For each sample of the tiles of one submit: the water that it belongs to.
 const CLASSES: BufferKind = BufferKind::storage("lake classes");

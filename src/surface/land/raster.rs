@@ -19,7 +19,7 @@ const SOLID: Draw = Draw {
     ..Draw::triangles("surface/land/raster")
 };
 const WITH_HOLES: Draw = Draw { fragment: "with_holes", ..SOLID };
-/// The same without surface ids.
+/// The passes without surface ids.
 const SOLID_DEPTH: Draw = Draw { fragment: "", colors: [None, None, None, None, None], ..SOLID };
 const DEPTH_WITH_HOLES: Draw = Draw { fragment: "only_holes", ..SOLID_DEPTH };
 

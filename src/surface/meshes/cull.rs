@@ -28,7 +28,7 @@ pub(crate) const SMALLEST_PX: f64 = 1.0;
 pub(crate) const LARGEST_ERROR_PX: f64 = 0.5;
 /// Meshes whose mean edge is shorter than this at their nearest point have no edges, in pixels.
 pub(crate) const SHORTEST_EDGE_PX: f64 = 0.5;
-/// Threads of a workgroup; `MAX_INSTANCES` divided by this must not exceed this.
+/// Threads of a workgroup; the square of this number must be at least `MAX_INSTANCES`.
 const WORKGROUP: u32 = 256;
 
 /// Offset of the workgroup counts for vertices in [`MeshDraws`].

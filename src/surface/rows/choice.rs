@@ -7,9 +7,9 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, CHOICE_ROUNDS, RASTER_MARGIN, RowPlaces};
 
-/// Which mark claims each cell, and with what priority.
+/// The mark that claims each cell, with its priority.
 const CLAIMS: BufferKind = BufferKind::storage("row claims");
-/// The same for the marks that are drawn.
+/// The drawn mark that occupies each cell.
 const TAKEN: BufferKind = BufferKind::storage("row cells taken");
 /// Stages of a round.
 const STAGES: u32 = 2;

@@ -39,7 +39,7 @@ const BLOCKS: BufferKind = BufferKind::storage("row blocks");
 /// Heights, slopes and octaves of the blocks of one submit.
 const RELIEFS: BufferKind = BufferKind::storage("row relief");
 
-/// The blocks that are cached in one pair of buffers, as far as a frame needs them.
+/// The blocks in one pair of buffers that a frame needs.
 #[derive(Clone)]
 pub(crate) struct PlannedPool {
     /// Blocks that this frame builds.

@@ -35,7 +35,7 @@ pub(crate) enum Culling {
     WithoutReach,
 }
 
-/// An eye, as far as blocks are culled by it.
+/// The properties of an eye by which blocks are culled.
 struct Eye {
     /// The frustum of the picture with a border of [`REACH_PX`].
     frustum: Frustum,

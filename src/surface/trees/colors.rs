@@ -34,7 +34,7 @@ pub(crate) struct TreeColors {
     pub(super) species: Vec<SpeciesColors>,
     /// Palette indices of the pictures of trees: a layer for each species.
     alone: wgpu::TextureView,
-    /// The same of pieces of canopy.
+    /// Palette indices of the pictures of pieces of canopy.
     canopy: wgpu::TextureView,
     palette: Buffer,
 }

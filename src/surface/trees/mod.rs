@@ -38,7 +38,7 @@ use crate::gpu::wgsl::shared::trees::{LISTS_OF_ALL, LISTS_OF_SPECIES, MESH_LISTS
 use crate::scene::Forest;
 use crate::scene::forest::Form;
 
-/// The [`TreeInstance`]s of an eye, with places for all that there may be.
+/// The [`TreeInstance`]s of an eye, with room for the largest possible number.
 pub(crate) const INSTANCES: BufferKind = BufferKind::storage("tree instances");
 /// For each place the lists of its instance, if there is one, and the bits of its distance: `place.wgsl`.
 pub(crate) const KEYS: BufferKind = BufferKind::storage("tree keys");
@@ -47,12 +47,12 @@ pub(crate) const ORDER: BufferKind = BufferKind::storage("tree order");
 /// The arguments of each list's draw ([`DRAW_WORDS`]).
 pub(crate) const DRAWS: BufferKind = BufferKind::indirect("tree draws");
 
-/// Returns the number of lists in a forest of so many species.
+/// Returns the number of lists in a forest of `all` species.
 pub(crate) const fn lists(all: u32) -> u32 {
     all * LISTS_OF_SPECIES + LISTS_OF_ALL
 }
 
-/// Returns the list of a species and a level, in a forest of so many species. All species share the lists of impostors
+/// Returns the list of a species and a level, in a forest of `all` species. All species share the lists of impostors
 /// and of pieces of canopy.
 pub(crate) const fn list_of(all: u32, species: u32, level: u32) -> u32 {
     if level < MESH_LISTS { species * MESH_LISTS + level } else { all * MESH_LISTS + level - MESH_LISTS }

@@ -50,14 +50,14 @@ pub(crate) const MIDDLE_PX: f64 = 150.0;
 pub(crate) const IMPOSTOR_PX: f64 = 52.0;
 /// Height of the tallest tree, as a multiple of its species' mean height.
 pub(crate) const TALLEST: f64 = 1.35;
-/// The same if a raster gives the canopy height.
+/// Height of the tallest tree, as the same multiple, where a raster gives the canopy height.
 const TALLEST_OF_RASTER: f64 = 2.9;
 /// Lower suns (by the sine of the elevation) throw no shadows. No shadow is longer than `LONGEST_SHADOW` tree heights.
 const LOWEST_SUN: f64 = 0.02;
 const LONGEST_SHADOW: f64 = 4.0;
 /// Multiple of the distance up to which all trees are drawn, beyond which forest is drawn as canopy only.
 const LAST_ALONE: f64 = (SHRUNK * (1.0 + OWN_SIZE)) as f64;
-/// One share for each land class and each species.
+/// Number of shares: one for each land class and each species.
 const SHARES: usize = CoverFiles::MAX_CLASSES * Forest::MAX_SPECIES;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;

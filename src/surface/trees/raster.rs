@@ -84,7 +84,7 @@ impl Inputs<'_> {
         resources
     }
 
-    /// Draws lists of trees, each with its list number and the indices of its mesh, over the present contents of the
+    /// Draws lists of trees, each with its list number and the indices of its mesh, over the current contents of the
     /// targets.
     pub(super) fn draw(
         &self,

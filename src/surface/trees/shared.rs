@@ -63,7 +63,7 @@ pub(super) struct TreePictures {
 
 /// The properties of the pictures of one species.
 pub(super) struct SpeciesPictures {
-    /// Its layer of [`TreePictures::texels`].
+    /// The species' layer of [`TreePictures::texels`].
     pub of_species: wgpu::TextureView,
     /// Middle and radius of the bounding sphere, in tree units (height and width 1).
     pub middle: [f32; 3],
@@ -339,7 +339,7 @@ mod tests {
                 };
                 let all: Vec<(TreeVertex, u8)> = corners.iter().map(vertex).collect();
                 let (vertices, indices) = indexed(all.iter().copied());
-                // Every corner is what it was.
+                // Every corner is unchanged.
                 assert!(indices.iter().zip(&all).all(|(index, corner)| vertices[usize::from(*index)] == *corner));
                 assert!(vertices.len() as f64 <= 0.7 * all.len() as f64, "{grown:?} {detail:?}: {}", vertices.len());
                 // Planted error: a colour that differs keeps corners apart.

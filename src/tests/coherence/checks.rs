@@ -11,7 +11,7 @@ fn check(holds: bool, place: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(place()) }
 }
 
-/// Describes what is wrong with sample `at`.
+/// Describes the defect of sample `at`.
 fn named(at: usize, samples: &[Sample], what: &str) -> String {
     format!("sample {at} {what}: {:?}", samples[at])
 }

@@ -40,7 +40,7 @@ fn strokes_continue_in_another_size() {
         let (with, without) = (kept(Some(SIZE_PX), scales), kept(None, scales));
         println!("{scales:?}: {:.1} % of strokes continue, without room {:.1} %", 100.0 * with, 100.0 * without);
         assert!(with > 0.8, "{scales:?}: {with}");
-        // Planted: without room the strokes begin anew.
+        // Planted: without room the strokes begin again.
         assert!(scales[0] == scales[1] || without < 0.2, "{scales:?}: {without}");
     }
 }

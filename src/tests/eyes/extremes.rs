@@ -62,7 +62,7 @@ fn what_two_eyes_draw_is_finite_everywhere() {
                     "{place}: agreement adds ink"
                 );
                 taken += all - left;
-                // What only one eye sees remains.
+                // Lines on surfaces that only one eye sees remain.
                 assert!(left >= 0.9 * all, "{place}: only {left} of {all} pixels of line remain");
             }
         }

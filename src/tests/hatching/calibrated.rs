@@ -73,7 +73,7 @@ fn a_tone_that_is_off_is_seen() {
     let shot =
         plane.shoot(plane.eye(7.0, 300.0, 35.0, 20.0, 30.0), [256, 256], &style("blend", 0.5, &fixed("stipple", 30.0)));
     assert!(holds(shot.worst_window(64, 0.5)));
-    // Planted errors: ink that bleeds by a twelfth of what is white, then one dark corner.
+    // Planted errors: ink that bleeds by a twelfth of the white part, then one dark corner.
     let bled = |ink: f64| ink + (1.0 - ink) / 12.0;
     let mut wrong = Inked { ink: shot.ink.iter().map(|ink| bled(*ink)).collect(), ..shot };
     assert!(!holds(wrong.worst_window(64, 0.5)));

@@ -41,7 +41,8 @@ impl Bench {
         Some(Self { world, renderer, style: Style::load("plain").unwrap() })
     }
 
-    /// Returns the triangle number of each pixel (`None` where it shows no model), and the counts of what was drawn.
+    /// Returns the triangle number of each pixel (`None` where it shows no model), and the counts of drawn instances
+    /// and triangles.
     fn numbers(&mut self, placed: &Placed, pose: Pose) -> (Vec<Option<u32>>, DrawnMeshCounts) {
         let Self { world, renderer, style } = self;
         world.surfaces.set_meshes(placed.clone());

@@ -91,7 +91,7 @@ impl Mesh {
     }
 
     /// Returns the mesh with a planted error: no morphing. A patch or an edge that is morphing to a coarser level is
-    /// already there. An even vertex has not moved yet, so all vertices are still vertices of the mesh itself.
+    /// already at that level. An even vertex has not moved yet, so all vertices are still vertices of the mesh itself.
     pub fn without_morphing(&self) -> Self {
         let mut mesh = self.clone();
         for patch in mesh.patches.values_mut() {

@@ -239,7 +239,7 @@ fn the_cache_stays_within_its_limit() {
         fs::File::options().append(true).open(path).unwrap().set_modified(old).unwrap();
     }
     fs::File::options().append(true).open(&mine[0]).unwrap().set_len(9 << 30).unwrap();
-    // A manifest beside another file than the one that it describes.
+    // A manifest next to another file than the one that it describes.
     fs::copy(format!("{}.from", paths[1].display()), format!("{}.from", mine[1].display())).unwrap();
     // Planted: an abandoned temporary file of an entry, which the same rules find.
     let abandoned = folder.path().join(format!(".world.{:016x}.tif.tiles.abcdefABCDEF.part", 7));

@@ -174,7 +174,7 @@ fn spare_pipelines_are_there_when_their_style_is_chosen() {
         let before = world.gpu.pipelines().builds();
         renderer.render(&world.gpu, &mut world.surfaces, &view, &shown, &light()).unwrap();
         world.gpu.wait();
-        // Frames go on in the style that is shown, as if nothing was compiled, and one pipeline at a time is.
+        // Frames go on in the shown style as if nothing were being compiled, while one pipeline at a time is.
         assert!(renderer.drew() && renderer.shows(&shown) && !renderer.is_building(&world.gpu));
         assert!(world.gpu.pipelines().builds() <= before + 1);
         (frames, record_ms) = (frames + 1, record_ms.max(renderer.record_ms()));

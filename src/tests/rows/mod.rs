@@ -268,7 +268,7 @@ fn rows_are_as_dark_as_they_should_be() {
     for asked in [0.15, 0.3, 0.5] {
         let [median, most] = worst(&mut world, asked, asked);
         println!("{asked}: windows miss it by {median:.4}, at most by {most:.4}");
-        // The goal is that every window is within 0.03; docs/decisions/rows.md says what is missing.
+        // The goal is that every window is within 0.03; docs/decisions/rows.md describes the gap.
         assert!(median < 0.03 && most < 0.25, "{asked}: windows miss it by {median} at the median, {most} at most");
     }
     // Planted: another tone.

@@ -19,21 +19,21 @@ use crate::tiles::needed::{Land, LevelRule, Needed, is_needed, needed};
 use crate::tiles::prefetch::{ComingView, Outlook, Prefetcher};
 use crate::tiles::queues::in_order;
 
-/// How far ahead tiles are requested, in seconds. The first is the near future, whose tiles get slots like those that are
-/// needed; of the others, the nearer future has the higher priority.
+/// Times ahead for which tiles are requested, in seconds. The first is the near future, whose tiles get slots like
+/// those that are needed; of the others, the nearer future has the higher priority.
 const AHEAD_S: [f64; 4] = [0.35, 0.8, 1.5, 3.0];
-/// How much more than foreseen the camera may see over a crest, per second ahead, because no camera keeps its velocity:
-/// a slope (height per distance) per second.
+/// Slope (height per distance) by which the camera may see farther over a crest than foreseen, for each second ahead,
+/// because no camera keeps its velocity.
 const SLACK_PER_S: f64 = 0.06;
-/// How much wider than the view the views ahead are, in radians, because no camera keeps its velocity.
+/// Angle by which the views ahead are wider than the view, in radians, because no camera keeps its velocity.
 const AHEAD_RAD: f64 = 0.05;
-/// How far outside of the view tiles are requested, in radians.
+/// Angle outside of the view within which tiles are requested, in radians.
 const ASIDE_RAD: f64 = 0.35;
 /// The time for which a list should last at the camera's velocity, in seconds.
 const MARGIN_S: f64 = 0.1;
 /// The margin is at most this fraction of the height above ground, because it makes near land finer.
 const MARGIN_HEIGHT: f64 = 0.2;
-/// How far the view may turn before the list is found again, in radians.
+/// Angle by which the view may turn before the list is found again, in radians.
 const MARGIN_RAD: f64 = 0.03;
 /// The longest time for which a list is used, in seconds.
 const MAX_AGE_S: f64 = 0.1;
@@ -41,8 +41,8 @@ const MAX_AGE_S: f64 = 0.1;
 const MIN_AGE_S: f64 = 0.03;
 /// The shortest time between two looks ahead, in seconds.
 const LOOK_S: f64 = 0.1;
-/// The fraction of the slots left over into which foreseen tiles are loaded. Those that are there may stay in all of
-/// them: a tile whose rank varies a little is not loaded and evicted in turn.
+/// The fraction of the slots left over into which foreseen tiles are loaded. Foreseen tiles that are on the GPU may
+/// stay in all of those slots: a tile whose rank varies a little is not loaded and evicted in turn.
 const LOADED_SOON: f64 = 0.85;
 /// The fraction of the slots that tiles for maps may take from those of the surface, and that they get while the camera
 /// moves: if they got more, the tiles of the near future would have no slots.
@@ -347,7 +347,7 @@ impl Residency {
         self.prefetcher = Some(prefetcher);
     }
 
-    /// Returns the views of the near future: where the camera will be if it keeps moving, and around the present view.
+    /// Returns the views of the near future: where the camera will be if it keeps moving, and around the current view.
     fn coming_views(&self, grid_projection: &GridProjection, movement: &Movement) -> Vec<ComingView> {
         let ground = self.ground(grid_projection.grid_from_world(movement.rule.camera_m.truncate()));
         let nearest_m = ground.map_or(0.0, |ground| 0.5 * (movement.rule.camera_m.z - ground.height_m).abs()).max(0.02);

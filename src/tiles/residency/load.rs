@@ -1,4 +1,4 @@
-//! Requests tiles from the loader, in the order in which they are wanted, and uploads those that have come.
+//! Requests tiles from the loader, most urgent first, and uploads those that have arrived.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 
@@ -110,8 +110,8 @@ impl Residency {
     }
 
     /// Returns the tiles to request, the needed ones to upload to the GPU, and those to upload because they are needed
-    /// soon. Urgent tiles beyond the slots that they may take are left out: if they were read, they would evict each other
-    /// from the memory for decoded tiles, and would be read again, for ever.
+    /// soon. Urgent tiles beyond the slots that they may take are left out: if they were read, they would evict each
+    /// other from the memory for decoded tiles, and would be read again and again.
     pub(super) fn sort_out(
         &mut self,
         ground: &[TileAddress],

@@ -2,7 +2,7 @@
 //! buffers.
 //!
 //! A frame for a file repeats this until a pass over all tiles requests nothing more, so that the order of their
-//! arrival has no effect. A frame of a window uses the tiles that are there.
+//! arrival has no effect. A frame of a window uses the tiles that are on the GPU.
 //!
 //! Why: `docs/decisions/same-picture.md`, `docs/decisions/work-budget.md`.
 
@@ -56,7 +56,7 @@ pub struct TerrainView {
     pub focal_px: f64,
     /// Number of pixels to be drawn, in all frusta.
     pub pixels: f64,
-    /// How far below level the horizon is, in radians; 0 for the earth's own curvature.
+    /// Angle of the horizon below level, in radians; 0 for the earth's own curvature.
     pub horizon_rad: f64,
 }
 
@@ -65,7 +65,7 @@ pub struct TerrainView {
 pub struct Prepared {
     /// The patches to draw, and their levels.
     pub selection: Selection,
-    /// How many tiles were loaded, and how many are still missing.
+    /// Number of tiles that were loaded, and of those that are still missing.
     pub tiles: Loaded,
     /// Time that the frame thread spent on tiles and patches, in milliseconds.
     pub prepare_ms: f64,
@@ -94,15 +94,15 @@ impl Default for Detail {
     }
 }
 
-/// The tiles that the mesh of a file asks for, at one error.
+/// The tiles that the mesh of a file requests, at one error.
 #[derive(Default)]
 struct OfMesh {
     /// All tiles that it has used or requested.
     all: FxHashSet<TileAddress>,
     /// All tiles that it has requested.
     requested: FxHashSet<TileAddress>,
-    /// Whether it uses only tiles that it has requested or that the view needs: whether they fit must not depend on those
-    /// that are there by chance.
+    /// Whether it uses only tiles that it has requested or that the view needs: whether they fit must not depend on
+    /// tiles that are on the GPU by chance.
     is_strict: bool,
 }
 
@@ -196,7 +196,7 @@ impl Terrain {
         let mut idle = 0;
         let mut rounds = 0;
         let mut of_mesh = OfMesh::default();
-        // The frame in which the present attempt to draw a file began.
+        // The frame in which the current attempt to draw a file began.
         let mut begun_in = self.frame;
         if !streams {
             self.residency.set_memory_factor(1.0);
@@ -264,7 +264,7 @@ impl Terrain {
                         break;
                     }
                 }
-                // A strict mesh does not know tiles that are there before it has requested them.
+                // A strict mesh ignores tiles on the GPU until it has requested them.
                 let is_unknown = |tile: &TileAddress| only.as_ref().is_some_and(|only| !only.contains(tile));
                 let can_come = |tile: &TileAddress| is_unknown(tile) || self.residency.can_come(*tile);
                 must_repeat = waits && idle < 3 && rounds < MAX_ROUNDS && self.requested.keys().any(can_come);
@@ -317,8 +317,8 @@ impl Terrain {
         self.begin_again();
     }
 
-    /// Begins a frame for a file again. What follows counts as another frame: tiles that only the attempt before needed
-    /// lose their slots, whatever the order in which they came.
+    /// Begins a frame for a file again. The next attempt counts as another frame: tiles that only the previous attempt
+    /// needed lose their slots, whatever the order in which they came.
     fn begin_again(&mut self) {
         self.frame += 1;
         self.requested.clear();

@@ -1,4 +1,4 @@
-//! The land of the patches of a [`Walk`], as far as it surely blocks the view.
+//! The land of the patches of a [`Walk`] that is certain to block the view.
 //!
 //! Why: `docs/decisions/terrain-occlusion.md`.
 

@@ -97,7 +97,7 @@ fn a_closed_panel_comes_back_to_its_place() {
     harness.state_mut().dock.toggle(Pane::Flight);
     harness.run();
     assert_eq!(harness.state().rects[&Pane::Flight].center(), at);
-    // Two panels at one place are tabs; the one that is asked for is in front.
+    // Two panels at one place are tabs; the requested one is in front.
     harness.state_mut().dock.toggle(Pane::Inside);
     harness.run();
     assert!(!harness.state().dock.is_shown(Pane::Flight) && harness.state().dock.is_shown(Pane::Inside));

@@ -38,7 +38,7 @@ pub(in crate::window) enum End {
 
 /// An export that is running.
 pub(in crate::window) struct Run {
-    /// How far it is.
+    /// The progress of the export, and its cancellation.
     pub work: Arc<BackgroundTask>,
     /// The path of the output.
     pub output: String,
@@ -226,7 +226,7 @@ mod tests {
         run.work.cancel();
         assert_eq!(end(&run, &woken), End::Cancelled);
         assert!(tidied.exists());
-        // A window that closes cancels it too.
+        // A window that closes cancels the export, too.
         std::fs::remove_file(&began).unwrap();
         std::fs::remove_file(&tidied).unwrap();
         let (run, _woken) = start(&script);

@@ -169,7 +169,7 @@ fn files_of_the_user_are_replaced_only_after_a_question() {
     harness.run();
     assert!(harness.query_by_label("Replace it").is_none());
     click(&mut harness, "Export");
-    // What is shown is what runs.
+    // The shown command line is the one that runs.
     let shown = quoted(&{
         let mut arguments = harness.state().dialog.export.arguments(&harness.state().view);
         arguments.push("--overwrite".to_owned());

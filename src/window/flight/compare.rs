@@ -1,4 +1,4 @@
-//! The comparison of the present style with another one: while a key is held, or on both sides of a divider.
+//! The comparison of the current style with another one: while a key is held, or on both sides of a divider.
 
 use super::Flight;
 use super::controls::TOAST;
@@ -22,7 +22,7 @@ pub(super) struct Compared {
     of: LeftOf,
 }
 
-/// The state that decided the left style: the choice, the present style, and whether that has edits that are not saved.
+/// The state that decided the left style: the choice, the current style, and whether that has edits that are not saved.
 type LeftOf = (Left, usize, bool);
 
 impl Compared {
@@ -133,7 +133,7 @@ impl Flight {
         }
     }
 
-    /// Renders the style left of the divider, with the view of the present picture.
+    /// Renders the style left of the divider, with the view of the current picture.
     ///
     /// # Errors
     /// Fails if the GPU fails.

@@ -25,13 +25,13 @@ use crate::window::toasts::{self, About};
 
 /// Interval at which gamepads are polled while nothing moves.
 const GAMEPAD_REST: Duration = Duration::from_millis(40);
-/// Interval at which new gamepads are looked for.
+/// Interval at which the program checks for new gamepads.
 const GAMEPAD_SEARCH: Duration = Duration::from_secs(1);
 /// Interval at which pipelines built in the background are collected while nothing moves.
 const BUILT_LOOK: Duration = Duration::from_millis(10);
 /// Interval at which shader files are checked for changes, if they are watched.
 const SHADER_LOOK: Duration = Duration::from_millis(250);
-/// How long a message is shown.
+/// Time for which a message is shown.
 pub(super) const TOAST: Duration = Duration::from_secs(5);
 /// A second Esc within this time quits.
 const ESCAPE: Duration = Duration::from_secs(3);
@@ -72,7 +72,7 @@ impl Flight {
         self.on_input(event)
     }
 
-    /// Handles the keys that were pressed after a click, and what came after them, now that the panels have seen the
+    /// Handles the keys that were pressed after a click, and the events after them, now that the panels have seen the
     /// click. Keys after another click wait again.
     ///
     /// # Errors
@@ -335,7 +335,7 @@ impl Flight {
         any
     }
 
-    /// Returns a picture of what is shown, with all that it depends on.
+    /// Returns a picture of the current view, with everything that it depends on.
     pub(super) fn shot(&self) -> Shot {
         let Settings { sun, eyes, pair, haze_m, sea_level_m, focus, .. } = self.settings;
         let terrain = &self.world.surfaces.terrain;

@@ -1,4 +1,4 @@
-//! Edits of the style that is drawn, and what happens to its files.
+//! Edits of the drawn style, and changes of its files.
 
 use super::{Flight, Next};
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
@@ -29,7 +29,7 @@ impl Flight {
         self.watch_files();
     }
 
-    /// Carries out what the user asks for in the inspector of a style.
+    /// Carries out the user's edits in the inspector of a style.
     pub(super) fn apply(&mut self, edits: Vec<Edit>, style: usize) {
         for edit in edits {
             let said = self.apply_one(edit, style);

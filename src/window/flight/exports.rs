@@ -18,7 +18,7 @@ const MOST: usize = 2;
 /// Largest number of edited values on a command line that people read.
 const MOST_VALUES: usize = 24;
 
-/// The edited values of a style, by the style and its revision; `None` if no command line can say them.
+/// The edited values of a style, by the style and its revision; `None` if no command line can contain them.
 pub(super) type KnownValues = ((usize, u64), Option<Vec<SetValue>>);
 
 impl Flight {
@@ -33,7 +33,7 @@ impl Flight {
         self.export_dialog.toggle(&output, size_px, self.settings.samples());
     }
 
-    /// Returns the present view for the dialog, and why no command line draws it, if none does.
+    /// Returns the current view for the dialog, and the reason if no command line draws it.
     pub(super) fn shown_view(&mut self) -> (ShownView, Option<Refusal>) {
         let style = self.settings.style;
         let set = self.set_values();
@@ -68,7 +68,7 @@ impl Flight {
         self.set_values.as_ref().and_then(|(_, values)| values.clone())
     }
 
-    /// Carries out what the user asks for in the dialog.
+    /// Carries out the user's request in the export dialog.
     pub(super) fn on_export_request(&mut self, request: ExportRequest) {
         self.needs_relayout = true;
         match request {

@@ -29,7 +29,7 @@ impl Flight {
         }
     }
 
-    /// Carries out what the user asks for in the gallery.
+    /// Carries out the user's choices in the gallery.
     pub(super) fn choose(&mut self, choices: Vec<Choice>) {
         for choice in choices {
             match choice {

@@ -18,15 +18,15 @@ const FOCUS_PART: f64 = 0.25;
 const FOCUS_STRENGTH: f64 = 0.7;
 
 impl Flight {
-    /// Draws the sea and the trees that the settings say. Begins to read the land again if another exaggeration is wanted,
-    /// or trees whose files have not been read. Nothing but the sea follows a control while it is being dragged.
+    /// Draws the sea and the trees of the settings. Begins to read the land again if another exaggeration is wanted, or
+    /// trees whose files have not been read. Nothing but the sea follows a control while it is being dragged.
     pub(super) fn follow_land(&mut self) {
         let present = self.world.surfaces.exaggeration();
         self.world.surfaces.set_sea_level(self.settings.sea_level_m.map(|level_m| level_m * present));
         let Settings { exaggeration: wanted, tree_seed, .. } = self.settings;
         let is_alike = wanted == present && tree_seed == self.world.tree_seed();
         if is_alike && self.land_being_read.take().is_some() {
-            // What was being read is no longer wanted.
+            // The land that was being read is no longer needed.
             self.needs_relayout |= self.update_lasting_messages();
         }
         if self.land_being_read.is_some() || is_alike || self.overlay.is_dragging() || self.overlay.is_typing() {

@@ -1,4 +1,4 @@
-//! Navigation by the place under the cursor: what the line at the bottom shows, and orbit, pan, zoom and look.
+//! Navigation by the place under the cursor: the line at the bottom, and orbit, pan, zoom and look.
 
 use std::time::{Duration, Instant};
 
@@ -289,7 +289,7 @@ impl Flight {
         }
     }
 
-    /// Shows all of the land, from the present direction, but at least a little from above.
+    /// Shows all of the land, from the current direction, but at least a little from above.
     pub(super) fn frame_all(&mut self) {
         let of_land = || self.world.surfaces.terrain.range_m().map(f64::from);
         let heights_m = self.world.model_heights_m.unwrap_or_else(of_land);

@@ -1,4 +1,4 @@
-//! The panels of a frame: they are laid out, and what the user requested in them is carried out.
+//! The panels of a frame: they are laid out, and the user's requests in them are carried out.
 
 use super::controls::TOAST;
 use super::{Flight, ground_m};
@@ -18,7 +18,7 @@ use crate::window::settings::Settings;
 use crate::window::toasts::{self, About};
 use crate::window::{WindowError, export, open_dialog, opening, path_panel, status, welcome, works};
 
-/// What the user requested in the panels of one frame.
+/// Requests of the user in the panels of one frame.
 #[derive(Default)]
 struct Requests {
     /// Requests in the panel of the flight.

@@ -1,4 +1,4 @@
-//! The camera path of a flight: what its panel asks for, and how it is flown.
+//! The camera path of a flight: the requests of its panel, and its playback.
 
 use std::time::Instant;
 
@@ -71,7 +71,7 @@ impl Flight {
         recent::with_seed(name, self.world.more.seed)
     }
 
-    /// Carries out what the user asks for in the panel of the path.
+    /// Carries out the user's requests in the panel of the path.
     pub(super) fn on_path_requests(&mut self, requests: Vec<PathRequest>) {
         // This frame was laid out before.
         self.needs_relayout |= !requests.is_empty();
@@ -209,7 +209,7 @@ impl Flight {
         self.paths.player.play(self.paths.document.span_s());
     }
 
-    /// Says that edits of the path are kept although another one takes its place.
+    /// Tells the user that edits of the path are kept although another one replaces it.
     fn warn_of_kept_path(&mut self) {
         if self.paths.document.is_edited() {
             let text = format!("Edits of {} are not saved; they are offered when it is opened again", self.path_name());
@@ -233,7 +233,7 @@ impl Flight {
         self.paths = Paths::empty();
     }
 
-    /// Shows the views of the present world.
+    /// Shows the views of the current world.
     pub(super) fn open_views(&mut self) {
         self.paths.views = Views::open(self.world.world.as_deref(), self.world.more.seed);
         self.find_kept_path();
@@ -300,7 +300,7 @@ impl Flight {
         }
     }
 
-    /// Remembers the present view of this world.
+    /// Remembers the current view of this world.
     pub(super) fn add_view(&mut self) {
         let camera = scaled(&self.camera.camera(), 1.0 / self.world.surfaces.exaggeration());
         let added = self.paths.views.add(camera);

@@ -22,7 +22,7 @@ const REST: Duration = Duration::from_millis(500);
 const DEFAULT_LOD_ERROR_PX: f64 = 1.0;
 
 impl Flight {
-    /// Renders the picture of the present view and settings.
+    /// Renders the picture of the current view and settings.
     ///
     /// # Errors
     /// Fails if the GPU fails.

@@ -1,5 +1,5 @@
-//! Pipelines that are compiled before anybody needs them: those of edits that would switch a pass of the chosen style,
-//! and those of the other styles.
+//! Pipelines that are compiled before they are needed: those of edits that would switch a pass of the chosen style, and
+//! those of the other styles.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -13,10 +13,10 @@ use crate::studio::neighbours::Switches;
 use crate::style::Style;
 use crate::window::dock::Pane;
 
-/// The styles whose pipelines have been requested before anybody chose them.
+/// The styles whose pipelines have been requested before the user chooses the styles.
 #[derive(Default)]
 pub(super) struct Spares {
-    /// How many styles of the list have been requested.
+    /// Number of styles of the list that have been requested.
     styles: usize,
     /// The style of the list whose neighbours are requested, and the revision of its document.
     of: Option<(usize, u64)>,
@@ -58,7 +58,7 @@ impl Flight {
         if let Some(renderer) = &mut self.renderer
             && let Err(error) = renderer.request_spares(&self.gpu, &self.world.surfaces, &rig, &style, &light)
         {
-            // The style itself will say so when it is chosen.
+            // The error is reported when the style is chosen.
             tracing::debug!("{}: {error}", style.name);
         }
     }

@@ -1,4 +1,4 @@
-//! The picture of the frame that is shown instead of the drawing, and what is remembered of the panels.
+//! The picture of the frame that is shown instead of the drawing, and the memory of the panels.
 
 use std::time::Instant;
 

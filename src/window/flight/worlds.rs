@@ -37,7 +37,7 @@ impl Flight {
         self.open_dialog.toggle(self.recent.entries());
     }
 
-    /// Carries out what the user asks for in the dialog.
+    /// Carries out the user's request in the dialog that opens files.
     pub(super) fn on_open_request(&mut self, request: OpenRequest) {
         // This frame was laid out before.
         self.needs_relayout = true;
@@ -82,7 +82,7 @@ impl Flight {
         }
     }
 
-    /// Opens a file, an address, or what is built in under this name.
+    /// Opens a file, an address, or a built-in scene, style or camera path of this name.
     pub(super) fn open_named(&mut self, name: &str) {
         match file_kind(name) {
             FileKind::World => self.open_world(Some(name)),
@@ -106,15 +106,15 @@ impl Flight {
         }
     }
 
-    /// Begins to open another world; the present one stays until it is open.
+    /// Begins to open another world; the current one stays until it is open.
     fn open_world(&mut self, name: Option<&str>) {
-        // Another seed was meant for the present world.
+        // Another seed was meant for the current world.
         self.keep_seed();
         self.begin_to_open(name, Overrides::default(), None);
     }
 
-    /// Begins to open the present world with another seed, once no control is dragged. Sea, trees, exaggeration and light
-    /// stay.
+    /// Begins to open the current world with another seed, once no control is dragged. Sea, trees, exaggeration and
+    /// light stay.
     pub(super) fn follow_seed(&mut self) {
         let Some(seed) = self.settings.world_seed.filter(|seed| self.world.scene.world.seed() != Some(*seed)) else {
             // Another seed may have been undone while its land is being opened.
@@ -205,7 +205,7 @@ impl Flight {
     }
 
     /// Replaces the world. The style and its edits, the size of the picture and the eyes stay; those of the same world
-    /// with another seed, `is_same`, also its light and what is on its land.
+    /// with another seed, `is_same`, also its light, sea, trees and exaggeration.
     fn enter(&mut self, world: FlightWorld, is_same: bool) {
         let terrain = &world.surfaces.terrain;
         self.start = FlyCamera::new(&world.start, |at| ground_m(&world, at), terrain.extent_m());
@@ -319,11 +319,11 @@ fn dropped(event: &WindowEvent) -> Option<&Path> {
     }
 }
 
-/// Returns which files of one drop are opened, in order: of several height files none, because only their folder says
-/// that they are one world.
+/// Returns which files of one drop are opened, in order: of several height files none, because only a folder can
+/// combine them into one world.
 ///
 /// # Errors
-/// One line that says so.
+/// One line that tells the user to open the folder instead.
 fn chosen_of_drop(names: &[String], kind_of: impl Fn(&str) -> FileKind) -> Result<Vec<String>, String> {
     let (worlds, others): (Vec<&String>, Vec<&String>) =
         names.iter().partition(|name| kind_of(name) == FileKind::World);

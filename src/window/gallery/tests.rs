@@ -61,7 +61,7 @@ fn every_preset_has_a_cell_and_baselines_come_last() {
     }
     let order: Vec<Family> = families(&harness.state().styles).into_iter().map(|(family, _)| family).collect();
     assert_eq!(order, [Family::Line, Family::Hatching, Family::Map, Family::Color, Family::Baseline]);
-    // Planted: a style that there is not has no cell.
+    // Planted: a style that does not exist has no cell.
     assert!(harness.query_by_label("Style no such").is_none());
 }
 

@@ -1,4 +1,4 @@
-//! Thumbnails of styles: small pictures of the present view, drawn one at a time while the camera is at rest.
+//! Thumbnails of styles: small pictures of the current view, drawn one at a time while the camera is at rest.
 //!
 //! They have a renderer of their own, which shares pipelines with that of the window and never waits for one. The next
 //! thumbnail is begun when the GPU has finished the last one, and after as much time again, so that a slow GPU is at
@@ -106,7 +106,7 @@ impl Thumbnails {
         self.next_at.get_or_insert(now);
     }
 
-    /// Stops drawing, because nobody looks.
+    /// Stops drawing, because the gallery is not shown.
     pub(in crate::window) fn sleep(&mut self) {
         self.next_at = None;
         self.current = None;

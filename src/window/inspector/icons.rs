@@ -2,20 +2,20 @@
 
 use egui::{Button, Color32, Response, Stroke, Ui, pos2, vec2};
 
-/// The sign of a button.
+/// The icon of a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Icon {
-    /// An arrow up.
+    /// An arrow up, to raise a layer.
     Up,
-    /// An arrow down.
+    /// An arrow down, to lower a layer.
     Down,
-    /// Two sheets.
+    /// Two sheets, to duplicate a layer.
     Copy,
-    /// A cross.
+    /// A cross, to remove a layer.
     Remove,
-    /// An eye.
+    /// An eye, to show or hide a layer.
     Eye,
-    /// One of three bars.
+    /// One of three bars, to draw a layer alone.
     Alone,
 }
 

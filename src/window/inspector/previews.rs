@@ -1,4 +1,4 @@
-//! Pictures of hatching marks and stroke textures beside their names. They are drawn in the background.
+//! Pictures of hatching marks and stroke textures next to their names. They are drawn in the background.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use crate::studio::swatch::RecipeKind;
 
 /// Size of a picture in points.
 pub(super) const SIZE: Vec2 = Vec2::new(150.0, 24.0);
-/// Interval at which pictures that are being drawn are looked for.
+/// Interval at which the program checks whether pictures have been drawn.
 const LOOK: Duration = Duration::from_millis(60);
 /// Colours of paper and ink.
 const COLORS: [[f32; 3]; 2] = [[246.0, 242.0, 232.0], [28.0, 26.0, 24.0]];
@@ -22,9 +22,9 @@ type Key = (RecipeKind, String, PathBuf, u64);
 
 #[derive(Clone)]
 enum Preview {
-    /// It is being drawn.
+    /// The picture is being drawn.
     Begun,
-    /// It was drawn, and is not on the GPU yet.
+    /// The picture has been drawn, but is not on the GPU yet.
     Drawn(ColorImage),
     Shown(TextureHandle),
     /// The recipe cannot be read; the style says why.
@@ -62,7 +62,7 @@ pub(super) fn show(ui: &mut Ui, kind: RecipeKind, name: &str, (folder, revision)
 }
 
 impl Previews {
-    /// Returns the picture of a recipe, and begins to draw it if nobody has requested it.
+    /// Returns the picture of a recipe, and begins to draw it at the first request.
     fn get(&self, ui: &Ui, key: Key) -> Preview {
         let scale = ui.ctx().pixels_per_point();
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);

@@ -396,7 +396,7 @@ fn zero_is_shown_as_a_word_and_is_typed_as_one() {
     assert_eq!(harness.state().document.step_names()[0], Some("Strokes: least length to width no limit"));
     // A number of another parameter stays a number, although it is 0.
     assert_ne!(harness.get_by_label("Strokes: Wobble, number").accesskit_node().value().as_deref(), Some("none"));
-    // Planted: another word is no number, and changes nothing.
+    // Planted: another word is not a number, and changes nothing.
     type_in(&mut harness, "9");
     type_in(&mut harness, "automatic");
     assert_eq!(slender(&harness), 9.0);

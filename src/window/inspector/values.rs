@@ -173,7 +173,7 @@ fn number_or_word(value: f64, digits: RangeInclusive<usize>, zero_word: &str) ->
     if value == 0.0 { zero_word.to_owned() } else { egui::emath::format_with_decimals_in_range(value, digits) }
 }
 
-/// Returns the number that a text says; the word for 0 says 0.
+/// Returns the number that a text states; the word for 0 counts as 0.
 fn number_of(text: &str, zero_word: &str) -> Option<f64> {
     if text.trim().eq_ignore_ascii_case(zero_word) {
         return Some(0.0);

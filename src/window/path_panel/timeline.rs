@@ -194,7 +194,7 @@ fn track(ui: &Ui, id: egui::Id, scale: &Scale, shown: &PathState<'_>, requests: 
     requests.extend(asked_s.map(|time_s| PathRequest::Seek(time_s.clamp(first_s, last_s))));
 }
 
-/// Returns the time that the keyboard or a screen reader asks for.
+/// Returns the time that the keyboard or a screen reader requests.
 fn asked_s(ui: &Ui, response: &egui::Response, playhead_s: f64, [first_s, last_s]: [f64; 2]) -> Option<f64> {
     use egui::accesskit::{Action, ActionData};
     let has_focus = response.has_focus();

@@ -123,7 +123,7 @@ fn scene_and_style_have_one_order_of_time() {
     history.note(&now, false);
     let redone: Vec<String> = std::iter::from_fn(|| step(1, &mut document, &mut history, &mut now)).collect();
     assert_eq!(redone, ["Strokes: width 3.0 px", "Strokes: width 4.0 px"]);
-    // What was repeated last is undone first.
+    // The last repeated change is undone first.
     assert_eq!(step(0, &mut document, &mut history, &mut now).unwrap(), "Strokes: width 4.0 px");
     document.set("strokes.width_px", 5.0).unwrap();
     assert_eq!(step(1, &mut document, &mut history, &mut now), None);
@@ -137,7 +137,7 @@ fn what_the_program_changes_is_no_step() {
     now.pair.ipd_m = 12.0;
     history.note(&now, false);
     assert_eq!(history.steps(), [None, None], "the distance between the eyes follows the land");
-    // A distance that is set by hand is one, and the way back is to follow the land.
+    // Setting the distance by hand is one change, and following the land again undoes it.
     now.follows_land = false;
     history.note(&now, false);
     now.pair.ipd_m = 3.0;

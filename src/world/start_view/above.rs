@@ -1,8 +1,9 @@
 //! Views from above, through lenses as long as needed: of land that no usual camera shows well.
 //!
 //! A tower (a mountain whose samples are taken to be closer than they are, for example) has more sky than land around
-//! its summit from any place beside it, and a camera just above it looks past the edge of its small land. From high
-//! above, its height is foreshortened until it looks like a mountain, and a long lens keeps the edge out of the picture.
+//! its summit from any place next to it, and a camera just above it looks past the edge of its small land. From high
+//! above, its height is foreshortened until it looks like a mountain, and a long lens keeps the edge out of the
+//! picture.
 
 use glam::DVec3;
 
@@ -18,7 +19,7 @@ const HEIGHTS_DEG: [f64; 9] = [24.0, 36.0, 48.0, 58.0, 67.0, 74.0, 80.0, 84.0, 8
 const FOVS_DEG: [f64; 7] = [45.0, 30.0, 19.0, 11.0, 6.0, 3.0, 1.5];
 /// Widths of the picture at the place, as parts of the size of the land.
 const WIDTHS: [f64; 6] = [0.8, 0.5, 0.32, 0.2, 0.12, 0.07];
-/// Where the place is in the picture: parts of its height, from the top. All cameras are judged with the first one.
+/// Position of the place in the picture: parts of its height, from the top. All cameras are judged with the first one.
 const PLACES: [f64; 3] = [0.42, 0.32, 0.52];
 /// Number of the best cameras that are judged again, in all places and with more rays.
 const FINALISTS: usize = 24;
@@ -31,7 +32,7 @@ const LAST_RAYS: Rays = Rays { columns: 32, rows: 20, step: 0.9 };
 struct Rays {
     columns: usize,
     rows: usize,
-    /// How far a ray goes in each step, in cells on the map.
+    /// Length of a ray's step, in cells on the map.
     step: f64,
 }
 

@@ -18,12 +18,12 @@ const COLUMNS: usize = 25;
 const ROWS: usize = 16;
 /// Number of directions from which the place is looked at.
 const DIRECTIONS: u32 = 36;
-/// Distances, as factors of the most suitable one. The largest are for a summit among holes: what is left of its mountain
-/// is small, and only from far away do the holes take little of the picture.
+/// Distances, as factors of the most suitable one. The largest are for a summit among holes: the visible rest of its
+/// mountain is small, and only from far away do the holes take little of the picture.
 const DISTANCES: [f64; 9] = [1.0, 0.7, 1.4, 0.5, 2.0, 0.33, 2.8, 4.0, 5.6];
 /// How high the camera is above the place, as angles in degrees.
 const HEIGHTS_DEG: [f64; 12] = [-8.0, -5.0, -2.0, 1.0, 4.0, 8.0, 12.0, 17.0, 23.0, 31.0, 42.0, 56.0];
-/// Where the place is in the picture: parts of its height, from the top.
+/// Position of the place in the picture: parts of its height, from the top.
 const PLACES: [f64; 5] = [0.28, 0.33, 0.38, 0.44, 0.5];
 /// Largest pitch, in degrees: the horizon is above the middle of the picture.
 const LARGEST_PITCH_DEG: f64 = -1.0;
@@ -31,7 +31,7 @@ const LARGEST_PITCH_DEG: f64 = -1.0;
 pub(super) const MOST_SKY: f64 = 0.38;
 /// Slope below the horizon down to which the space beyond the data looks like sky.
 pub(super) const LIKE_SKY: f64 = 0.02;
-/// Slope below the horizon from which on it is seen to be none: it counts as no-data.
+/// Slope below the horizon from which on the space beyond the data is recognisably not sky: it counts as no-data.
 pub(super) const UNLIKE_SKY: f64 = 0.11;
 /// The smallest distance of the camera, in samples of the finest level.
 const LEAST_SAMPLES: f64 = 24.0;
@@ -45,7 +45,7 @@ const MOST_BLANK: f64 = 1.5;
 /// Weight of the detail of the land in view, and the detail that suffices: a factor of the contrast of the land.
 const DETAIL_WEIGHT: f64 = 6.0;
 const ENOUGH_DETAIL: f64 = 0.5;
-/// How much of the cost of a camera the best picture may take off.
+/// Largest amount by which the best picture reduces the cost of a camera.
 const BEST_PICTURE: f64 = DETAIL_WEIGHT * ENOUGH_DETAIL + 1.0;
 
 /// The mountain or land that a start view shows.
@@ -55,7 +55,7 @@ pub(super) struct Subject {
     pub place_m: DVec3,
     /// Radius of the mountain or of the land around the place, in metres.
     pub radius_m: f64,
-    /// How far the land falls over that radius, in metres; 0 if it does not.
+    /// Height by which the land falls over that radius, in metres; 0 if it does not.
     pub drop_m: f64,
     /// Radius of the top around the place, in metres.
     pub top_m: f64,
@@ -245,7 +245,7 @@ impl Land<'_> {
 #[derive(Clone, Copy)]
 struct Column {
     pitch_rad: f64,
-    /// Angle beside the middle of the picture.
+    /// Horizontal angle from the middle of the picture.
     beside_rad: f64,
     /// Tangent of half of the field of view.
     half: f64,
@@ -331,7 +331,7 @@ fn difference([land, tone, contrast]: Field, [other, other_tone, other_contrast]
     (tone / land - other_tone / other).abs() * (contrast / land).min(other_contrast / other)
 }
 
-/// Returns the cost of light: 90° beside the view is from the side, 0° from the front and 180° from behind.
+/// Returns the cost of light: 90° from the view direction is from the side, 0° from the front and 180° from behind.
 pub(super) fn cost_of_light(beside_deg: f64) -> f64 {
     let side_deg = ((beside_deg + 180.0).rem_euclid(360.0) - 180.0).abs();
     ((side_deg - 78.0) / 30.0).powi(2) + if (45.0..=115.0).contains(&side_deg) { 0.0 } else { 3.0 }

@@ -170,8 +170,8 @@ impl<'a> Land<'a> {
         steepest
     }
 
-    /// Returns whether a place is visible from an eye, and whether it is also higher than all that is behind it. What is
-    /// at most `top_m` away from the place hides nothing of it.
+    /// Returns whether a place is visible from an eye, and whether it is also higher than all that is behind it. Land
+    /// that is at most `top_m` away from the place does not hide it.
     pub(super) fn sees(&self, eye_m: DVec3, place_m: DVec3, top_m: f64) -> (bool, bool) {
         let way_m = place_m.truncate() - eye_m.truncate();
         let distance_m = way_m.length();

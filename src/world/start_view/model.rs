@@ -12,8 +12,8 @@ const YAW_DEG: f64 = 28.0;
 const FOV_DEG: f64 = 35.0;
 /// The largest parts of the picture's width and height that the model fills.
 const FILLED: DVec2 = DVec2::new(0.78, 0.68);
-/// How far the camera looks down on a very high and on a very flat model, in degrees: so far that the border of the
-/// ground is above the picture.
+/// Angle at which the camera looks down on a very high and on a very flat model, in degrees: so steep that the border
+/// of the ground is above the picture.
 const DOWN_DEG: [f64; 2] = [21.0, 32.0];
 /// Height over width by which a model counts as high rather than flat, more gradually the larger.
 const HIGH: f64 = 0.5;

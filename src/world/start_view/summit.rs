@@ -89,8 +89,8 @@ pub(super) fn most_prominent(raster: &Raster) -> Option<Summit> {
             islands.parents[loser as usize] = winner;
         }
     }
-    // Islands that nothing joins: separated by no-data, or the whole land.
-    // They are not higher above other land than above their own: a patch of a valley between holes is no mountain.
+    // Islands that nothing joins: separated by no-data, or the whole land. They are not higher above other land than
+    // above their own: a patch of a valley between holes is not a mountain.
     let mut feet_m = vec![f32::INFINITY; heights_m.len()];
     for &at in &order {
         if let Some(summit) = islands.summit(at) {
@@ -280,7 +280,7 @@ mod tests {
         // The radar saw no summit, but all around it: its mountain is still the most prominent one.
         let found = with(|x, y| (x + 200.0).abs() < 50.0 && y.abs() < 50.0);
         assert!(found.distance(DVec2::new(-200.0, 0.0)) < 80.0, "{found}");
-        // A mountain that the data are cut through is not: what remains of it is highest on the edge.
+        // A mountain that the border of the data cuts through is not: the remaining part is highest on the edge.
         let found = with(|x, _| x < -150.0);
         assert!(found.distance(DVec2::new(700.0, 500.0)) < 15.0, "{found}");
     }
@@ -288,8 +288,8 @@ mod tests {
     #[test]
     fn shadows_of_a_radar_are_holes_even_at_the_edge() {
         let (main, other) = (hill([-300.0, 500.0], 900.0, 900.0), hill([600.0, -600.0], 300.0, 300.0));
-        // The hole around the summit reaches the northern edge. A patch of a valley in it is no mountain, though nothing
-        // joins it to higher land.
+        // The hole around the summit reaches the northern edge. A patch of a valley in it is not a mountain, though
+        // nothing joins it to higher land.
         let found = {
             let raster = Raster::of(201, 10.0, |x, y| match (x + 300.0).abs().max((y - 720.0).abs() - 200.0) {
                 _ if (x + 300.0).hypot(y - 750.0) < 35.0 => 600.0 - 0.1 * (x + 300.0).hypot(y - 750.0),

@@ -8,8 +8,8 @@ use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 
 /// Files that an imprint names and the command line does not. Whoever made the picture may not be allowed to read them,
-/// and hachure may run for somebody else who is. So an error never quotes them: it says only that the file is not
-/// what it should be.
+/// and hachure may run for somebody else who may. So an error never quotes them: it says only that the file is not what
+/// it should be.
 #[derive(Clone, Debug, Default)]
 pub(in crate::commands::render) struct Names {
     pub(super) like: PathBuf,
@@ -43,7 +43,7 @@ impl Names {
         match files {
             "" => result.map_err(Into::into),
             _ => result.map_err(|error| match error.into() {
-                // It is about an option that was typed, such as --seed, and quotes no file.
+                // The error is about an option that was typed, such as --seed, and quotes no file.
                 error if error.is::<Misuse>() => error,
                 _ => {
                     anyhow!(

@@ -48,7 +48,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("like", Unneeded),
     ("style", Kept("--style wash -o a.png")),
     ("quality", Becomes("set")),
-    ("front", Becomes("set")),
+    ("fronts", Becomes("set")),
     ("set", Kept("--set tone.steps=5 -o a.png")),
     ("size", Kept("--size 64x36 -o a.png")),
     ("dpi", Kept("--dpi 150 -o a.png")),
@@ -101,7 +101,7 @@ fn parsed(line: &str) -> RenderArgs {
     }
 }
 
-/// Returns what the arguments draw, as text. Without `..`, so that a new option is not forgotten.
+/// Returns the drawing that the arguments describe, as text. Without `..`, so that a new option is not forgotten.
 fn drawn(args: &RenderArgs) -> String {
     let RenderArgs {
         world: WorldArgs { name, heights, light, water, land, exaggeration, trust_scene: _ },
@@ -317,7 +317,7 @@ fn the_options_of_an_exported_view_are_those_of_its_imprint() {
         words.push("-oa.png".to_owned());
         let again = parse(id, words.clone());
         assert!((&given.0, given.1, given.2, &given.3) == (&again.0, again.1, again.2, &again.3), "{id}: {words:?}");
-        // Planted: without its option, the picture is another one.
+        // Planted: without its option, the picture differs.
         let default = parse(id, vec!["-oa.png".to_owned()]);
         assert!((&given.0, given.1, given.2, &given.3) != (&default.0, default.1, default.2, &default.3), "{id}");
         compared += 1;

@@ -7,7 +7,7 @@ use crate::style::texture::picture::StrokePicture;
 
 /// Size of the grain, in texels, that decides which of equally dark places lose their ink first.
 const GRAIN_PX: [f32; 2] = [4.0, 2.0];
-/// How much of the order follows this grain: a scan has a few levels of darkness where the ink is full.
+/// Share of the order that follows this grain: a scan has a few levels of darkness where the ink is full.
 const GRAIN: f32 = 0.04;
 
 /// Returns the levels of the tile, finest first: the darkness of the picture, and the thresholds at which it is left.
