@@ -61,7 +61,7 @@ const WORK: &str = "GB, wgpu passes, dispatches, draws, copies and barriers do n
     begins when the GPU has finished the one before. Throughput: a frame begins while the GPU draws the one before. Busy \
     GPU: with timers, but without a pause between frames, because a GPU that waits lowers its clocks.";
 
-/// Explanation of the trades.
+/// Explanation of the trade-offs.
 const TRADE: &str = "Errors are those of views at rest against a converged reference: lines of it that are lost, lines \
     that it does not have, the difference of tones over squares of 8 pixels, and the distance of the drawn land from the \
     heights; flicker is that of the flight. No setting on the front has another one that is better in one respect and as \

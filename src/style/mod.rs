@@ -12,6 +12,7 @@ pub(crate) mod extends;
 pub(crate) mod families;
 mod focus;
 mod held;
+pub(crate) mod images;
 pub(crate) mod layers;
 pub mod marks;
 pub(crate) mod parameters;

@@ -85,18 +85,23 @@ pub(super) struct Variant {
 }
 
 impl Variant {
-    /// Returns a style with the options of the command line.
-    fn as_it_is(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
-        let setting = args.quality.setting(name, use_of(args))?.unwrap_or_default();
-        let variant = Self {
-            style: arguments::style_with("--quality", name, &setting.values)?,
+    /// Returns a style as it is drawn at the size of the command line, without any other option.
+    fn without_setting(args: &BenchArgs, style: Style) -> Self {
+        Self {
+            style,
             setting: BTreeMap::new(),
             size_px: args.size_px(),
             lod_error_px: DEFAULT_LOD_ERROR_PX,
             antialias: Antialias::None,
             tree_detail: 1.0,
             tile_error_m: 0.0,
-        };
+        }
+    }
+
+    /// Returns a style with the options of the command line.
+    fn as_it_is(args: &BenchArgs, name: &str) -> anyhow::Result<Self> {
+        let setting = args.quality.setting(name, use_of(args))?.unwrap_or_default();
+        let variant = Self::without_setting(args, arguments::style_with("--quality", name, &setting.values)?);
         let mut variant = variant.with_setting(&setting);
         variant.lod_error_px = args.lod_error.unwrap_or(variant.lod_error_px);
         variant.antialias = args.antialias.unwrap_or(variant.antialias);
@@ -108,15 +113,9 @@ impl Variant {
     /// # Errors
     /// A value that the style cannot have.
     pub(super) fn of_setting(args: &BenchArgs, name: &str, setting: &Setting) -> anyhow::Result<Self> {
-        let variant = Self {
-            style: arguments::style_with("--front", name, &setting.values)?,
-            setting: BTreeMap::new(),
-            size_px: args.size_px(),
-            lod_error_px: DEFAULT_LOD_ERROR_PX,
-            antialias: args.antialias.unwrap_or_default(),
-            tree_detail: 1.0,
-            tile_error_m: 0.0,
-        };
+        let style = arguments::style_with("--front", name, &setting.values)?;
+        let mut variant = Self::without_setting(args, style);
+        variant.antialias = args.antialias.unwrap_or_default();
         Ok(variant.with_setting(setting))
     }
 

@@ -1,14 +1,11 @@
 //! The images of a stack of hatching marks, checked when a style is loaded. `tones/tonal_art_map/stack` makes a tonal
 //! art map of them.
 
-use std::io::BufReader;
 use std::path::Path;
 
 use super::{Recipe, SIDES_PX};
-use crate::file::input::open_regular;
-use crate::file::one_line;
-use crate::file::png::{Picture, read_rgba8};
-use crate::style::StyleError;
+use crate::file::png::Picture;
+use crate::style::{StyleError, images};
 
 /// Checks that every image of a recipe exists and can be decoded, is square with an allowed side ([`SIDES_PX`]), and
 /// has the size of the first.
@@ -39,24 +36,14 @@ pub(crate) fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
 
 /// Reads one image and checks its size; the error is the cause in one line.
 fn picture(path: &Path) -> Result<Picture, String> {
-    let unread = |words: &str| format!("cannot read the picture: {}", one_line(words));
-    // The caller already names the file, so of an error that names it again only the cause is used.
-    let cause = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
-    // The header is checked first: a damaged one may claim a size that does not fit into memory.
-    let file = open_regular(path).map_err(|error| format!("cannot read the picture: {error}"))?;
-    let mut decoder = png::Decoder::new(BufReader::new(file));
-    let header = decoder.read_header_info().map_err(|error| unread(&cause(&error)))?;
-    let [width, height] = [header.width, header.height];
-    let [least, most] = SIDES_PX;
-    if width != height || !width.is_power_of_two() || !(least..=most).contains(&width) {
-        return Err(format!(
+    images::read(path, "picture", |[width, height]| {
+        let [least, most] = SIDES_PX;
+        if width == height && width.is_power_of_two() && (least..=most).contains(&width) {
+            return Ok(());
+        }
+        Err(format!(
             "it is {width} × {height} px; pictures of marks must be square, with a side that is a power of two from \
              {least} to {most}"
-        ));
-    }
-    let picture = read_rgba8(path).map_err(|error| unread(&cause(&error)))?;
-    if picture.rgba.len() != 4 * width as usize * height as usize {
-        return Err(unread("its pixel data does not match the size in its header"));
-    }
-    Ok(picture)
+        ))
+    })
 }

@@ -1,13 +1,9 @@
 //! A picture of a stroke, as a user draws or scans it: a horizontal stroke of dark ink on white or transparent paper. The
 //! left end joins the right end, because the picture repeats along strokes.
 
-use std::io::BufReader;
 use std::path::Path;
 
-use crate::file::input::open_regular;
-use crate::file::one_line;
-use crate::file::png::read_rgba8;
-use crate::style::StyleError;
+use crate::style::{StyleError, images};
 
 /// Least and largest width and height of a picture, in pixels.
 const SIDES_PX: [[u32; 2]; 2] = [[8, 8192], [4, 2048]];
@@ -97,33 +93,18 @@ pub(super) fn read(path: &Path) -> Result<StrokePicture, StyleError> {
 }
 
 fn read_darkness(path: &Path) -> Result<StrokePicture, String> {
-    let unread = |words: &str| format!("cannot read the picture of a stroke: {}", one_line(words));
-    // The caller already names the file, so of an error that names it again only the cause is used.
-    let cause = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
-    // The header is checked first: a damaged one may claim a size that does not fit into memory.
-    let file = open_regular(path).map_err(|error| unread(&error.to_string()))?;
-    let mut decoder = png::Decoder::new(BufReader::new(file));
-    let header = decoder.read_header_info().map_err(|error| unread(&cause(&error)))?;
-    let size_px = [header.width, header.height];
-    let fits = size_px.iter().zip(SIDES_PX).all(|(side, [least, most])| (least..=most).contains(side));
-    if !fits {
+    let picture = images::read(path, "picture of a stroke", |[width, height]| {
         let [[narrow, wide], [low, high]] = SIDES_PX;
-        return Err(format!(
-            "it is {} × {} px; a picture of a stroke must be {narrow} to {wide} px long and {low} to {high} px high",
-            size_px[0], size_px[1]
-        ));
-    }
-    let picture = read_rgba8(path).map_err(|error| unread(&cause(&error)))?;
-    let [width, height] = size_px.map(|side| side as usize);
-    if picture.rgba.len() != 4 * width * height {
-        return Err(unread("its pixel data does not match the size in its header"));
-    }
-    let darkness = picture.rgba.chunks_exact(4).map(|pixel| {
-        // Rec. 709 luminance, on white paper where the picture is transparent.
-        let light = [0.2126, 0.7152, 0.0722].iter().zip(pixel).map(|(part, byte)| part * f32::from(*byte)).sum::<f32>();
-        (1.0 - light / 255.0) * f32::from(pixel[3]) / 255.0
-    });
-    let mut darkness: Vec<f32> = darkness.collect();
+        if (narrow..=wide).contains(&width) && (low..=high).contains(&height) {
+            return Ok(());
+        }
+        Err(format!(
+            "it is {width} × {height} px; a picture of a stroke must be {narrow} to {wide} px long and {low} to {high} \
+             px high"
+        ))
+    })?;
+    let [width, height] = [picture.width, picture.height].map(|side| side as usize);
+    let mut darkness: Vec<f32> = images::darkness(&picture).collect();
     let darkest = darkness.iter().copied().fold(0.0_f32, f32::max);
     if darkest < LEAST_DARKNESS {
         return Err("it shows no stroke: draw dark ink on white or transparent paper".to_owned());

@@ -10,6 +10,7 @@ use super::TonalArtMap;
 use super::chance::Chance;
 use crate::file::png::Picture;
 use crate::style::StyleError;
+use crate::style::images::darkness;
 use crate::style::marks::{Recipe, pictures};
 
 /// Texels at least this dark are ink.
@@ -28,14 +29,8 @@ pub(super) fn read(recipe: &Recipe) -> Result<TonalArtMap, StyleError> {
     Ok(TonalArtMap::of_ranks(side_px as u32, &super::equalise::ranks(&order(&images, side_px, recipe.seed))))
 }
 
-/// Returns the darkness of a picture.
 fn image(picture: &Picture) -> Image {
-    let darkness = picture.rgba.chunks_exact(4).map(|pixel| {
-        // Rec. 709 luminance, on white paper where the picture is transparent.
-        let [r, g, b, a] = [pixel[0], pixel[1], pixel[2], pixel[3]].map(|byte| f32::from(byte) / 255.0);
-        a * (1.0 - (0.2126 * r + 0.7152 * g + 0.0722 * b))
-    });
-    Image { side_px: picture.width as usize, darkness: darkness.collect() }
+    Image { side_px: picture.width as usize, darkness: darkness(picture).collect() }
 }
 
 /// Returns a number for each texel that rises in the order in which texels are inked.

@@ -323,7 +323,7 @@ fn dropped(event: &WindowEvent) -> Option<&Path> {
 /// combine them into one world.
 ///
 /// # Errors
-/// One line that tells the user to open the folder instead.
+/// A line of advice: open the folder instead of one of its files.
 fn chosen_of_drop(names: &[String], kind_of: impl Fn(&str) -> FileKind) -> Result<Vec<String>, String> {
     let (worlds, others): (Vec<&String>, Vec<&String>) =
         names.iter().partition(|name| kind_of(name) == FileKind::World);
