@@ -7,6 +7,7 @@
 //!   predicted to need [`FILL`] of the budget; and at a mean above [`Rules::fall`] by one setting.
 //! - It rises slowly, by one setting: only if that one is predicted to need less than [`Rules::rise`] of the budget, and not
 //!   within [`Rules::hold_s`] of a change or [`Rules::hold_after_fall_s`] of a fall.
+//! - A rise that had to be undone at once makes it twice as patient before the next one, until a minute passes without a fall.
 //! - Between the two nothing changes (the dead zone).
 //! - Frames that were in flight when the setting changed, and frames that waited for the processor, do not count.
 //! - A calm fall never restarts temporal strokes; a rise does so only after [`CALM_S`].
@@ -19,6 +20,10 @@ const FILL: f64 = 0.85;
 const SEARCHES_S: f64 = 1.0;
 /// Least time from a change to a rise that restarts strokes.
 const CALM_S: f64 = 6.0;
+/// Time from a rise to a fall within which the fall undoes the rise.
+const UNDONE_S: f64 = 2.0;
+/// Time without a fall after which the governor is as eager to rise as at first.
+const FORGOTTEN_S: f64 = 60.0;
 /// Weight of a frame in the mean, relative to the next one.
 const DECAY: f64 = 0.9;
 /// Number of frames that the mean needs.
@@ -43,9 +48,11 @@ struct Rules {
     hold_s: f64,
     /// Least time from a fall to a rise.
     hold_after_fall_s: f64,
+    /// Largest factor on `hold_after_fall_s`.
+    most_patience: f64,
 }
 
-const RULES: Rules = Rules { fall: 0.92, rise: 0.80, hold_s: 1.0, hold_after_fall_s: 2.5 };
+const RULES: Rules = Rules { fall: 0.92, rise: 0.80, hold_s: 1.0, hold_after_fall_s: 2.5, most_patience: 16.0 };
 
 /// A setting of the front.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -172,6 +179,9 @@ pub(crate) struct Governor {
     skipped: u32,
     changed_at_s: f64,
     fell_at_s: f64,
+    rose_at_s: f64,
+    /// Factor on the least time from a fall to a rise: twice as large after each rise that was undone.
+    patience: f64,
     /// Mean time before the last change, and the setting then; until the change has been learned from.
     before: Option<(usize, f64)>,
     /// Number of frames in a row that waited for the processor.
@@ -196,6 +206,8 @@ impl Governor {
             skipped: 0,
             changed_at_s: never,
             fell_at_s: never,
+            rose_at_s: never,
+            patience: 1.0,
             before: None,
             waited: 0,
             rules: RULES,
@@ -269,7 +281,7 @@ impl Governor {
         }
         let since_change_s = now_s - self.changed_at_s;
         let mean_ms = self.mean.0 / self.mean.1;
-        let Rules { fall, rise, hold_s, hold_after_fall_s } = self.rules;
+        let Rules { fall, rise, hold_s, hold_after_fall_s, .. } = self.rules;
         if mean_ms > fall * self.budget_ms
             && self.step > 0
             && !self.steps[self.step].restarts
@@ -281,7 +293,7 @@ impl Governor {
         let hold_s = if next.restarts { CALM_S } else { hold_s };
         let worst_ms = self.last_ms.into_iter().fold(mean_ms, f64::max);
         let predicted_ms = worst_ms * next.cost / self.steps[self.step].cost;
-        let may_rise = since_change_s >= hold_s && now_s - self.fell_at_s >= hold_after_fall_s.max(hold_s);
+        let may_rise = since_change_s >= hold_s && now_s - self.fell_at_s >= (hold_after_fall_s * self.patience).max(hold_s);
         (may_rise && predicted_ms < rise * self.budget_ms).then_some((self.step + 1, Reason::Room))
     }
 
@@ -310,7 +322,15 @@ impl Governor {
     fn change_to(&mut self, step: usize, now_s: f64) {
         self.before = (self.counted >= NEEDED).then(|| (self.step, self.mean.0 / self.mean.1));
         if step < self.step {
+            if now_s - self.rose_at_s < UNDONE_S {
+                self.patience = (2.0 * self.patience).min(self.rules.most_patience);
+            }
             self.fell_at_s = now_s;
+        } else {
+            if now_s - self.fell_at_s > FORGOTTEN_S {
+                self.patience = 1.0;
+            }
+            self.rose_at_s = now_s;
         }
         self.changed_at_s = now_s;
         (self.step, self.mean, self.counted, self.skipped) = (step, (0.0, 0.0), 0, SKIPPED);
@@ -515,6 +535,23 @@ mod tests {
         // Planted.
         let eager = undone(Rules { rise: 1.0, hold_s: 0.0, hold_after_fall_s: 0.0, ..RULES });
         assert!(eager > 100, "{eager}");
+    }
+
+    #[test]
+    fn rises_that_are_undone_become_rare() {
+        // At rest, on a machine with other work: now and then, three frames take twice as long.
+        let undone = |rules: Rules| {
+            let mut governor = Governor { rules, ..Governor::new(BUDGET_MS, ladder(), 5) };
+            let base_ms = |t_s: f64| if t_s % 3.7 < 0.03 { 9.0 } else { 4.5 };
+            let replay = replay(&Replay { base_ms: &base_ms, cpu_ms: 2.0, costs: costs(), seconds: 300.0 }, &mut governor);
+            println!("{} rises undone, {} changes", replay.undone(), replay.changes.len());
+            replay.undone()
+        };
+        let patient = undone(RULES);
+        assert!(patient <= 12, "{patient}");
+        // Planted: a governor that forgets.
+        let forgetful = undone(Rules { most_patience: 1.0, ..RULES });
+        assert!(forgetful > 4 * patient.max(1), "{forgetful} {patient}");
     }
 
     #[test]
