@@ -20,6 +20,7 @@ mod rows;
 mod shade;
 mod surface_readback;
 mod switch;
+mod tones;
 mod trees;
 mod water;
 
@@ -55,6 +56,7 @@ use crate::surface::rows::blocks::RowMemory;
 use crate::surface::rows::reach::Culling;
 pub use crate::tiles::terrain::Prepared;
 use crate::tiles::terrain::{Loading, TerrainView};
+use crate::tones::fit::FrameFit;
 use crate::world::Surfaces;
 
 /// Returns the view for which the terrain selects tiles and patches, once for all eyes of a rig. The horizon is
@@ -138,6 +140,7 @@ pub struct Renderer {
     switch: switch::Switch,
     /// The views that are known to be without water.
     dry: dry::DryViews,
+    tones: tones::Tones,
 }
 
 /// CPU time that a frame takes of the thread that draws it, without the time for tiles and patches
@@ -178,6 +181,8 @@ struct FrameInputs<'a> {
     rows: Option<&'a RowPlan>,
     /// How the frame continues the temporal mean; `None` without temporal anti-aliasing.
     temporal_aa: Option<temporal_aa::Plan>,
+    /// The curve that fits the tones to the picture, in a style that does so.
+    fit: Option<FrameFit>,
 }
 
 impl Renderer {
@@ -209,6 +214,7 @@ impl Renderer {
             drew: false,
             switch: switch::Switch::new(gpu),
             dry: dry::DryViews::default(),
+            tones: tones::Tones::default(),
         })
     }
 
@@ -236,6 +242,7 @@ impl Renderer {
     /// Discards the history: the next frame rebuilds its strokes, and does not continue the temporal mean.
     pub fn forget(&mut self) {
         self.samples.forget();
+        self.tones.forget();
         self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);
     }
 
@@ -463,6 +470,7 @@ impl Renderer {
         let temporal_aa = self.samples.plan(&inputs);
         // No time passes between samples of a picture at rest, so strokes do not fade between them.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
+        let fit = self.tones.frame(&mut recorder, &tones::TonesInputs { rig, style, light, step_s });
         let hidden = &self.hidden;
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();
@@ -487,6 +495,7 @@ impl Renderer {
             is_dry,
             rows: rows.as_ref(),
             temporal_aa,
+            fit,
         };
         self.may_sway = passes::render_eyes(&mut recorder, &inputs, &mut self.eyes);
         let is_complete = recorder.is_complete();

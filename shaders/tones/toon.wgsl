@@ -8,7 +8,11 @@
 #import hachure::focus::half_of_focus
 #import hachure::light::{light_tone, haze_clear}
 #import hachure::lit_surface::{lit_surface, view, light, distance_m}
+#import hachure::lit_tone::{lit_tone, relief_light}
 #import hachure::mark_normal::FLAT
+#ifdef FITTED
+#import hachure::tone_curve::{ToneCurve, ToneFit, fitted}
+#endif
 
 #ifdef LOCAL_COLOR
 #import hachure::color::luminance
@@ -53,12 +57,12 @@ struct Toon {
 @group(0) @binding(8) var ramp: texture_2d<f32>;
 // rgb: colour before lines and haze; a: the requested tone, haze included.
 @group(0) @binding(9) var tone: texture_storage_2d<rgba16float, write>;
-// See tones/relief/radiance.wgsl; a single empty texel if `relief` is 0.
-@group(0) @binding(20) var relief_light: texture_2d<f32>;
-// See tones/crests.wgsl; a single empty texel if `crests` is 0.
-@group(0) @binding(21) var crest_light: texture_2d<f32>;
 #ifdef MARKED_TREES
 @group(0) @binding(17) var mark_surface: texture_2d<u32>;
+#endif
+#ifdef FITTED
+@group(0) @binding(22) var<storage, read> tone_curve: ToneCurve;
+@group(0) @binding(23) var<storage, read> tone_fit: ToneFit;
 #endif
 #ifdef LOCAL_COLOR
 @group(0) @binding(18) var surface_id: texture_2d<u32>;
@@ -73,6 +77,16 @@ fn stepped(lit: f32) -> f32 {
     let step = floor(scaled);
     let soft = smoothstep(1.0 - toon.softness, 1.0, scaled - step);
     return clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0);
+}
+
+// Returns the value between the darkest and the lightest tone of the style.
+fn value_of(lit: f32, away_m: f32) -> f32 {
+#ifdef FITTED
+    let tone = fitted(tone_curve, tone_fit, lit, away_m);
+#else
+    let tone = lit;
+#endif
+    return mix(toon.darkest, toon.lightest, stepped(tone));
 }
 
 fn attribute_at(at: vec3<f32>, n: vec3<f32>) -> f32 {
@@ -112,24 +126,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let surface = lit_surface(pixel, at);
     let n = surface.normal;
     let relief = textureLoad(relief_light, select(vec2<i32>(0), pixel, toon.relief > 0.0), 0);
-    var lit = light_tone(light, n, surface.seen);
-    if toon.relief > 0.0 {
-        lit = relief.a;
-    }
-    if toon.crests > 0.0 {
-        lit = clamp(lit + textureLoad(crest_light, pixel, 0).r, 0.0, 1.0);
-    }
-    let value = mix(toon.darkest, toon.lightest, stepped(lit));
+    let lit = lit_tone(surface, pixel, toon.relief > 0.0, toon.crests > 0.0);
+    let away_m = distance_from_eye(view, at.xyz);
+    let value = value_of(lit, away_m);
     var marked = value;
 #ifdef MARKED_TREES
     // Marks do not shade each leaf, and lines darken the crown in addition.
     let round = surface_seen(mark_surface, pixel);
     if round.w == FLAT {
         let at_marks = vec4<f32>(round.xyz, sqrt(n.w));
-        marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, surface.seen)));
+        marked = value_of(light_tone(light, at_marks, surface.seen), away_m);
     }
 #endif
-    let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz)) * half_of_focus(surface.clear);
+    let asked = 1.0 - (1.0 - marked) * haze_clear(light, away_m) * half_of_focus(surface.clear);
     var color = ramp_color(value, attribute_at(at.xyz, n.xyz)) * mix(vec3<f32>(1.0), relief.rgb, toon.light_color);
 #ifdef LOCAL_COLOR
     if has_trait(textureLoad(surface_id, pixel, 0).r, LOCALLY_COLORED) {

@@ -45,6 +45,7 @@ use crate::scene::embedded;
 use crate::scene::map::{Map, MapArea};
 use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
+use crate::scene::tone_curve::ToneCurve;
 use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
 use crate::style::set::SetValue;
@@ -120,6 +121,11 @@ pub(crate) struct RenderArgs {
     /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
+    /// Tones of a style that fits them to the picture (tone.fit), so that several pictures have the same ones: the tone of
+    /// the light that becomes full dark, the one that becomes paper, and the distance within which half of the land lies,
+    /// in metres [default: measured in the picture; `hachure info PICTURE` prints them]
+    #[arg(long, value_name = "DARK,WHITE,METRES", allow_hyphen_values = true)]
+    pub tone_curve: Option<ToneCurve>,
     /// Samples per pixel, of which the picture is the mean: smoother edges at proportional cost. Additional EXR
     /// channels have one sample [default: 1]
     #[arg(long, value_parser = arguments::whole_within::<u32>(ranges::SAMPLES))]
@@ -305,6 +311,10 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         Some(style) => arguments::with_values(style, &args.set)?,
         None => arguments::style_with("--set", args.style.as_deref().unwrap_or(STYLE), &args.set)?,
     };
+    if args.like.is_none() && args.tone_curve.is_some() && !style.fits_tones() {
+        let misuse = format!("--tone-curve: the style {} does not fit its tones to the picture; add --set tone.fit=true", style.name);
+        return Err(Misuse(misuse).into());
+    }
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;
     // On a map, contour lines of height have an interval, whatever its scale.
@@ -387,6 +397,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         pair: None,
         clock,
         camera,
+        tone_curve: None,
         imprint,
         drawing: job::Drawing::default(),
     };

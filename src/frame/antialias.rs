@@ -172,7 +172,7 @@ fn continues(last: &Rig, rig: &Rig) -> bool {
 }
 
 /// Returns whether each eye of `rig` continues from the pose, lens and time that the last frame drew.
-fn follows(last: &Rig, rig: &Rig) -> bool {
+pub(super) fn follows(last: &Rig, rig: &Rig) -> bool {
     let is_next = |(last, eye): (&View, &View)| {
         last.pose == eye.previous && last.lens == eye.previous_lens && last.clock.now_s == eye.clock.before_s
     };

@@ -88,7 +88,11 @@ pub(super) fn render_eyes(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>,
     if let Some(lines) = inputs.lines {
         finish_lines(recorder, inputs, lines, &mut seen, eyes);
     }
-    let shaded: Vec<Shaded> = (0..eyes.len()).map(|eye| shade(recorder, inputs, &seen[eye], &mut eyes[eye])).collect();
+    let mut shaded: Vec<Option<Shaded>> = (0..eyes.len()).map(|_| None).collect();
+    for (turn, &eye) in order.iter().enumerate() {
+        shaded[eye] = Some(shade(recorder, inputs, &seen[eye], turn == 0, &mut eyes[eye]));
+    }
+    let shaded: Vec<Shaded> = shaded.into_iter().flatten().collect();
     for (eye, memory) in eyes.iter_mut().enumerate() {
         finish(recorder, inputs, &seen, &shaded, eye, memory);
     }

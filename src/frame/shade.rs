@@ -28,11 +28,12 @@ pub(super) struct Shaded {
 }
 
 /// Draws the tones of an eye and the inks that depend on them. Hatching marks are only counted: [`balance::draw`] draws
-/// them when the counts of all eyes are known.
+/// them when the counts of all eyes are known. The eye that `leads` sets the curve of the tones of all, so it comes first.
 pub(super) fn shade(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     seen: &Seen,
+    leads: bool,
     memory: &mut EyeMemory,
 ) -> Shaded {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
@@ -108,8 +109,12 @@ pub(super) fn shade(
         mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
+        fit: inputs.fit.as_ref(),
         tone: &tone,
     };
+    if let Some(fit) = inputs.fit.as_ref().filter(|_| leads) {
+        tones::fit::run(recorder, &toned, water, fit);
+    }
     tones::run(recorder, &toned);
     let tone_ink = style.tone_lines().map(|lines| {
         let cells = tone::cells(lines, targets.size_px());

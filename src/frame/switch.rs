@@ -29,6 +29,7 @@ use crate::surface::land::vertices::PatchMesh;
 use crate::surface::rows::RowPlan;
 use crate::tiles::selection::Selection;
 use crate::tiles::terrain::Prepared;
+use crate::tones::fit::{FitMemory, Follows};
 use crate::world::Surfaces;
 
 /// Size of the pictures of a prewarming run, in pixels. Nothing is drawn on them.
@@ -272,6 +273,8 @@ impl Renderer {
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
             let rows = style.rows().map(|_| RowPlan::prewarm(gpu));
+            let follows = Follows { begins: true, step_s };
+            let fit = FitMemory::default().frame(&mut recorder, style, follows);
             let inputs = FrameInputs {
                 world,
                 mesh,
@@ -290,6 +293,7 @@ impl Renderer {
                 is_dry: false,
                 rows: rows.as_ref(),
                 temporal_aa,
+                fit,
             };
             render_eyes(&mut recorder, &inputs, memories);
             is_complete &= recorder.is_complete();

@@ -6,7 +6,7 @@
 //! that is not secret is stored.
 //!
 //! ```toml
-//! version = 1                  # of this format, from 1 to 7; a reader rejects newer ones
+//! version = 1                  # of this format, from 1 to 8; a reader rejects newer ones
 //! hachure = "0.1.0"            # version of the program that wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the built-in world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -155,13 +155,14 @@ pub struct More {
     pub warm_up: Option<u64>,
     /// Value of `--antialias`, for a film or its frames.
     pub antialias: Option<String>,
+    /// The curve that fitted the tones to the picture ([`crate::scene::tone_curve::ToneCurve`]).
+    pub tone_curve: Option<String>,
 }
 
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
-    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`,
-    /// `trees` and `seed`.
+    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -170,8 +171,10 @@ impl More {
             && self.height_offset.is_none()
             && self.height_unit.is_none()
             && self.tile_rows.is_none();
+        const GENERATED: u32 = 7;
         match self {
-            _ if self.sea_level.is_some() || self.trees.is_some() || self.seed.is_some() => VERSION,
+            _ if self.tone_curve.is_some() => VERSION,
+            _ if self.sea_level.is_some() || self.trees.is_some() || self.seed.is_some() => GENERATED,
             _ if self.haze.is_some() => HAZY,
             _ if self.exaggeration.is_some() => EXAGGERATED,
             _ if !reads_as_usual => HEIGHTS,
@@ -228,6 +231,7 @@ impl More {
             path: _,
             frames: _,
             antialias: _,
+            tone_curve: _,
         } = self;
         let numbers = [
             ("time_s", *time_s, ranges::TIME_S),

@@ -20,6 +20,7 @@ pub(crate) mod show;
 pub(crate) mod strokes;
 pub(crate) mod supersampling;
 pub(crate) mod title;
+pub(crate) mod tones;
 
 use std::path::Path;
 
@@ -39,6 +40,7 @@ use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::stereo::Pair;
+use crate::scene::tone_curve::ToneCurve;
 use crate::scene::view::{Clock, Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
@@ -99,13 +101,15 @@ pub struct PictureRequest<'a> {
     pub samples: u32,
     /// Anti-aliasing over consecutive frames; only used for pictures of one part and one sample.
     pub antialias: Antialias,
+    /// The curve that fits the tones of a style that does so; without it, the picture is measured.
+    pub tone_curve: Option<ToneCurve>,
 }
 
 impl<'a> PictureRequest<'a> {
     /// Creates a request for an eye that does not move, at time 0, without AOV channels.
     pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
         let (clock, antialias) = (Clock::default(), Antialias::None);
-        Self { pose, previous: pose, clock, size_px, style, light, planes: &[], samples: 1, antialias }
+        Self { pose, previous: pose, clock, size_px, style, light, planes: &[], samples: 1, antialias, tone_curve: None }
     }
 }
 
@@ -224,6 +228,7 @@ fn render_eyes<E>(
     let margin_px = margin_px.max(parts.margin_px + parallax_px + added_px);
 
     world.terrain.hold_error_px(0.0);
+    let tone_curve = tones::curve(gpu, world, request)?;
     if !single {
         // Both sides of a seam use meshes with the same allowed error: the largest that any part needs.
         let mut error_px = 0.0_f64;
@@ -263,6 +268,7 @@ fn render_eyes<E>(
                 part_with_margin([first_column, first_row], [columns, rows], request.size_px, margin_px);
             let renderer = Renderer::or_new(renderer, gpu)?;
             renderer.set_antialias(antialias);
+            renderer.set_tone_curve(tone_curve);
             let wants = |is: fn(PlaneSource) -> bool| request.planes.iter().any(|plane| is(plane.source));
             renderer.set_wants_motion(wants(|source| matches!(source, PlaneSource::Motion(_))));
             if wants(|source| source == PlaneSource::SurfaceId) {
@@ -310,6 +316,7 @@ fn render_eyes<E>(
         take(bands).map_err(PictureError::Sink)?;
     }
     world.terrain.hold_error_px(0.0);
+    renderer.iter_mut().for_each(|renderer| renderer.set_tone_curve(None));
     report.count(seen.surface, seen.is_pale());
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(report)

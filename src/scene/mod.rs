@@ -20,6 +20,7 @@ pub mod reach;
 pub(crate) mod scene_file;
 pub mod stereo;
 pub(crate) mod sun_time;
+pub mod tone_curve;
 pub mod view;
 mod water_files;
 pub(crate) mod wind;

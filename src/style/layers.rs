@@ -209,6 +209,11 @@ impl Layers {
         layers
     }
 
+    /// Returns only the layers that say where water is.
+    pub(super) fn of_water(&self) -> Self {
+        Self::with_rims(self.0.iter().filter(|layer| matches!(layer, Layer::Water(_))).cloned().collect())
+    }
+
     /// Replaces all layers of a kind with `new`, which is inserted in place of the lowest of them, or, if there was
     /// none, according to the order of kinds.
     fn replace(&mut self, name: &str, new: Option<Layer>) {

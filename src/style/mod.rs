@@ -246,6 +246,17 @@ impl Style {
         self.tone.uses_light() && self.light.shadow > 0.0
     }
 
+    /// Returns whether the tones are fitted to the picture.
+    pub(crate) fn fits_tones(&self) -> bool {
+        matches!(&self.tone, Tone::Toon(toon) if toon.fit)
+    }
+
+    /// Returns the style without what does not matter to its tones: without lines, marks and watercolour.
+    #[must_use]
+    pub(crate) fn of_tones(&self) -> Self {
+        Self { layers: self.layers.of_water(), watercolor: None, ..self.clone() }
+    }
+
     /// Returns whether smoothed normals of the land are needed.
     pub(crate) fn needs_form(&self) -> bool {
         let of_tones = self.tone.uses_light() && self.light.detail < 1.0;

@@ -26,6 +26,7 @@ mod extremes;
 mod eyes;
 mod files;
 mod flights;
+mod fitted_tones;
 mod focus;
 mod forest;
 mod forest_colors;

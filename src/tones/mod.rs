@@ -3,6 +3,7 @@
 
 pub(crate) mod balance;
 pub(crate) mod crests;
+pub(crate) mod fit;
 pub(crate) mod fractal_hatching;
 pub(crate) mod hatching;
 pub(crate) mod light;
@@ -74,6 +75,8 @@ pub(crate) struct Inputs<'a> {
     pub tree_shadow: Option<&'a Target>,
     /// The local colours of trees and models, if there are any and the style uses them.
     pub local: Option<Local<'a>>,
+    /// The curve that fits the tones to the picture, in a style that does so.
+    pub fit: Option<&'a fit::FrameFit>,
     /// The output: colour and requested tone.
     pub tone: &'a Target,
 }

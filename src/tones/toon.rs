@@ -67,7 +67,9 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         ("LOCAL_COLOR", inputs.local.is_some()),
         ("MARKED_TREES", inputs.mark_surface.is_some()),
         ("TREE_SHADOWS", inputs.tree_shadow.is_some()),
+        ("FITTED", inputs.fit.is_some()),
     ]);
+    resources.extend(inputs.fit.into_iter().flat_map(|fit| toon.fit_resources(recorder, &fit.curve)));
     resources.extend(inputs.mark_surface.map(|mark_surface| ("mark_surface", mark_surface.into())));
     resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));

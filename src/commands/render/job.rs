@@ -32,6 +32,7 @@ use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::stereo::{Eyes, Pair};
+use crate::scene::tone_curve::{FilmCurves, ToneCurve};
 use crate::scene::view::{Clock, Pose, View};
 use crate::source::Progress;
 use crate::style::Style;
@@ -104,6 +105,8 @@ pub(super) struct Job<'a> {
     pub(super) clock: Clock,
     /// Camera of the picture being drawn, as it was given.
     pub(super) camera: Camera,
+    /// The curve that fits the tones to the picture being drawn, in a style that does so.
+    pub(super) tone_curve: Option<ToneCurve>,
     /// Description of the picture that is stored in its file.
     pub(super) imprint: Imprint,
     /// How far the drawing is.
@@ -191,8 +194,8 @@ impl Job<'_> {
     pub(super) fn warm_up(&mut self, camera: &Camera) -> anyhow::Result<()> {
         let eye = self.pose(camera);
         let light = self.world.light();
-        let request =
-            PictureRequest { planes: &self.planes, ..PictureRequest::still(eye, [64, 36], &self.style, light) };
+        let still = PictureRequest::still(eye, [64, 36], &self.style, light);
+        let request = PictureRequest { planes: &self.planes, tone_curve: self.args.tone_curve, ..still };
         picture::render(&self.gpu, &mut self.renderer, &mut self.world.surfaces, &request, |_| Ok::<_, FileError>(()))?;
         Ok(())
     }
@@ -213,6 +216,7 @@ impl Job<'_> {
         if warm_up.first > 0 {
             Renderer::or_new(&mut self.renderer, &self.gpu)?.begin_at(warm_up.first);
         }
+        let curves = self.film_curves(cameras, &written, start_s)?;
         self.drawing = Drawing { bar: Some(Bar::default()), pictures: [0, written.end - warm_up.first] };
         for number in warm_up.first..written.end {
             self.drawing.pictures[0] = number - warm_up.first;
@@ -223,6 +227,10 @@ impl Job<'_> {
             self.camera = *camera;
             let pose = self.pose(camera);
             let previous = self.pose(&cameras[number.saturating_sub(1) as usize]);
+            self.tone_curve = curves.of_frame(number as usize);
+            if !matches!(kind, OutputKind::Mp4 | OutputKind::Gif) {
+                self.imprint.more.tone_curve = self.tone_curve.map(|curve| curve.to_string());
+            }
             if number < written.start {
                 self.remember(&kind, warm_up, pose, previous)?;
                 continue;
@@ -250,6 +258,23 @@ impl Job<'_> {
         film.map_or(Ok(()), Film::finish)?;
         self.drawing = Drawing::default();
         Ok(total)
+    }
+
+    /// Returns the curves that fit the tones to the pictures, those of `--tone-curve` or measured ones; none if the style does
+    /// not fit its tones.
+    fn film_curves(&mut self, cameras: &[Camera], written: &Range<u64>, start_s: f64) -> anyhow::Result<FilmCurves> {
+        if !self.style.fits_tones() {
+            return Ok(FilmCurves::default());
+        }
+        let fps = self.args.fps();
+        let frames = written.start as usize..written.end as usize;
+        FilmCurves::measured(cameras.len(), fps.per_second(), frames, |number| {
+            let pose = self.pose(&cameras[number]);
+            let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
+            let clock = Clock::still(start_s + fps.time_s(number as u64));
+            let request = PictureRequest { clock, tone_curve: self.args.tone_curve, ..still };
+            Ok(picture::tones::curve(&self.gpu, &mut self.world.surfaces, &request)?)
+        })
     }
 
     /// Starts a film, if the output is one.
@@ -372,6 +397,7 @@ impl Job<'_> {
             planes: &self.planes,
             samples: self.args.samples(),
             antialias: self.args.antialias(),
+            tone_curve: self.tone_curve,
         };
         if self.args.json && self.args.show.is_none() {
             // The report has the time of each pass.

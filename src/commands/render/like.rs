@@ -74,6 +74,9 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
         all.title = all.title.or_else(|| more.title.clone());
     }
     all.samples = all.samples.or(more.samples);
+    if args.style.is_none() {
+        all.tone_curve = parsed_or(all.tone_curve, more.tone_curve.as_deref(), "tone_curve")?;
+    }
     all.lod_error = all.lod_error.or(more.lod_error);
     all.tile_memory = all.tile_memory.or(more.tile_memory);
     let heights = &mut all.world.heights;
@@ -213,6 +216,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
+    more.tone_curve = args.tone_curve.map(|curve| curve.to_string());
     more.title.clone_from(&args.title);
     more.map = args.map.map(|map| map.to_string());
     if is_svg {

@@ -169,7 +169,7 @@ impl Job<'_> {
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
-        let request = PictureRequest { clock: self.clock, ..still };
+        let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, ..still };
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let lines = render_strokes(gpu, renderer, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;

@@ -43,6 +43,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         title,
         focus,
         water,
+        tone_curve,
         // The window has none of the rest.
         show: _,
         paper: _,
@@ -77,6 +78,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("title", title.clone());
     add("samples", samples.map(|samples| samples.to_string()));
     add("lod-error", number(*lod_error));
+    add("tone-curve", tone_curve.clone());
     add("tile-memory", tile_memory.map(|mib| mib.to_string()));
     arguments
 }

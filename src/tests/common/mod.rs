@@ -28,7 +28,7 @@ use hachure::scene::camera::Camera;
 use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
-use hachure::style::{self, Layer, Style};
+use hachure::style::{self, Layer, Style, Tone};
 use hachure::world::{Surfaces, Terrain, TerrainOptions};
 
 /// A device that tests share, with its pipelines and its cache: one for each test that runs at the same time. Returns
@@ -104,10 +104,20 @@ pub(crate) fn presets() -> Vec<&'static str> {
     style::names().into_iter().filter(is_wanted).collect()
 }
 
+/// Loads a preset with the tones of its light, which are not fitted to the picture: what a test expects of a tone does not
+/// depend on the rest of the picture.
+pub(crate) fn absolute(name: &str) -> Style {
+    let mut style = Style::load(name).unwrap();
+    if let Tone::Toon(toon) = &mut style.tone {
+        toon.fit = false;
+    }
+    style
+}
+
 /// Loads a preset for a test of all kinds of ink that measures no rows of hachures. In the fast tier rows have twice the
 /// spacing: at the sizes of the tests, `hachures` otherwise takes as long as ten other presets.
 pub(crate) fn preset(name: &str) -> Style {
-    let mut style = Style::load(name).unwrap();
+    let mut style = absolute(name);
     for layer in style.layers.iter_mut().filter(|_| !full()) {
         if let Layer::Rows(rows) = layer {
             rows.spacing_px *= 2.0;

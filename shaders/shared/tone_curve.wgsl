@@ -1,0 +1,36 @@
+// The curve that fits tones to the picture: it sets how light land must be to be left as paper, and how dark to be
+// drawn with all ink, and makes near land lighter.
+#define_import_path hachure::tone_curve
+
+struct ToneCurve {
+    // Tones of the light that become the darkest and the lightest of the style.
+    dark: f32,
+    white: f32,
+    // Binary logarithm of the distance, in metres, within which half of the land in view lies.
+    middle_octave: f32,
+    // 1 once a frame has been measured, 0 before.
+    is_known: f32,
+}
+
+// What the style makes of the curve.
+struct ToneFit {
+    // Values between which the two tones of the curve are placed: 0 and 1, or the middle of the first and last step of a
+    // stepped tone.
+    low: f32,
+    high: f32,
+    // Part of its darkness that the nearest land loses.
+    recede: f32,
+    pad: f32,
+}
+
+// Octaves of distance below the middle at which land begins to be foreground, and at which it is all foreground.
+const NEAR_BEGINS: f32 = 1.0;
+const NEAR_ENDS: f32 = 3.5;
+
+// Returns the fitted tone of light at a distance from the eye.
+fn fitted(curve: ToneCurve, fit: ToneFit, lit: f32, distance_m: f32) -> f32 {
+    let along = (lit - curve.dark) / max(curve.white - curve.dark, 1e-3);
+    let placed = clamp(mix(fit.low, fit.high, along), 0.0, 1.0);
+    let nearer = curve.middle_octave - log2(max(distance_m, 1e-3));
+    return 1.0 - (1.0 - placed) * (1.0 - fit.recede * smoothstep(NEAR_BEGINS, NEAR_ENDS, nearer));
+}

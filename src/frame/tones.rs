@@ -1,0 +1,78 @@
+//! The curve that fits the tones to the picture, from frame to frame ([`crate::tones::fit`]).
+
+use super::antialias::follows;
+use crate::gpu::recorder::Recorder;
+use crate::gpu::{Gpu, GpuError};
+use crate::scene::Light;
+use crate::scene::view::Rig;
+use crate::style::{Relief, Shading, Style, Tone};
+use crate::scene::tone_curve::ToneCurve;
+use crate::tones::fit::{FitMemory, Follows, FrameFit};
+
+/// The curve of a renderer, and what the last frame was lit by.
+#[derive(Default)]
+pub(super) struct Tones {
+    memory: FitMemory,
+    last: Option<(Rig, Lit)>,
+}
+
+/// All that sets the tones of a view; another one is another drawing.
+#[derive(PartialEq)]
+struct Lit {
+    tone: Tone,
+    shading: Shading,
+    relief: Option<Relief>,
+    light: Light,
+}
+
+/// The eyes, style and light of the next frame.
+pub(super) struct TonesInputs<'a> {
+    pub(super) rig: &'a Rig,
+    pub(super) style: &'a Style,
+    pub(super) light: &'a Light,
+    /// Time since the last frame, in seconds.
+    pub(super) step_s: f64,
+}
+
+impl Tones {
+    /// Lets the next frame measure its curve anew.
+    pub(super) fn forget(&mut self) {
+        self.memory.forget();
+    }
+
+    /// Returns the curve of the next frame; `None` if the style's tones are not fitted. The curve follows that of the
+    /// last frame if the eyes do, and style and light are the same.
+    pub(super) fn frame(&mut self, recorder: &mut Recorder<'_>, inputs: &TonesInputs<'_>) -> Option<FrameFit> {
+        let &TonesInputs { rig, style, light, step_s } = inputs;
+        if !style.fits_tones() {
+            self.last = None;
+        }
+        // The haze and the focus that an eye sees change while it flies.
+        let lit = || Lit {
+            tone: style.tone.clone(),
+            shading: style.light.clone(),
+            relief: style.relief.clone(),
+            light: Light { haze_m: 0.0, focus: None, ..*light },
+        };
+        let continues =
+            self.last.as_ref().is_some_and(|(last, last_lit)| follows(last, rig) && *last_lit == lit());
+        let fit = self.memory.frame(recorder, style, Follows { begins: !continues, step_s });
+        self.last = fit.as_ref().filter(|fit| fit.follows.is_some()).map(|_| (rig.clone(), lit()));
+        fit
+    }
+}
+
+impl super::Renderer {
+    /// Sets the curve that fits the tones of the next frames; with `None`, the default, it is measured.
+    pub(crate) fn set_tone_curve(&mut self, curve: Option<ToneCurve>) {
+        self.tones.memory.given = curve;
+    }
+
+    /// Reads the curve that fitted the tones of the last frame; `None` if they were not fitted.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`].
+    pub(crate) fn tone_curve(&self, gpu: &Gpu) -> Result<Option<ToneCurve>, GpuError> {
+        self.tones.memory.read(gpu)
+    }
+}

@@ -1,0 +1,254 @@
+//! Tests tones that are fitted to the picture: the shares of paper and of full dark are those of the style, on gentle and
+//! on steep land, water does not count, near land is lighter as the rule says, parts join, and a flight changes tones
+//! slowly.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+use crate::tests::common;
+
+use common::draw::{draw, halves, north_west, places_m, still};
+use common::{World, grid_of, rough_height_m};
+use hachure::frame::{Light, Renderer};
+use hachure::file::exr::Samples;
+use hachure::picture::{self, PartRule, PictureRequest, aov};
+use hachure::scene::tone_curve::ToneCurve;
+use hachure::scene::view::{Rig, View};
+use hachure::style::Style;
+use hachure::tones::TONE;
+
+const SIZE_PX: [u32; 2] = [320, 200];
+const VIEW: &str = "0,-9000,+2500,0,-14,55";
+/// A view with near land.
+const NEAR: &str = "0,-1000,+20,0,-6,60";
+
+/// Returns a style of smooth grey tones without haze, with more keys of `[tone]` and more sections.
+fn grey(tone: &str, more: &str) -> Style {
+    let text = format!(
+        "name = \"grey\"\ndescription = \"\"\n{more}\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n{tone}\n\
+         [haze]\nfaintest_tone = 1.0\n"
+    );
+    Style::parse("grey", &text).unwrap()
+}
+
+fn light() -> Light {
+    Light { haze_m: 1e12, ..north_west() }
+}
+
+/// Opens land whose heights are `relief` times those of mountains.
+fn land(relief: f64) -> Option<World> {
+    World::new(grid_of(513, 513, 60.0, move |x_m, y_m| relief * rough_height_m(x_m, y_m)), 1.0)
+}
+
+/// A pixel that shows land.
+struct Pixel {
+    tone: f64,
+    distance_m: f64,
+    height_m: f64,
+}
+
+/// Draws the view, with a given curve or with a measured one. Returns the pixels with land, and the curve.
+fn drawn(world: &mut World, style: &Style, curve: Option<ToneCurve>) -> (Vec<Pixel>, Option<ToneCurve>) {
+    drawn_from(world, VIEW, style, curve)
+}
+
+/// Does the same as [`drawn`] from another camera.
+fn drawn_from(
+    world: &mut World,
+    camera: &str,
+    style: &Style,
+    curve: Option<ToneCurve>,
+) -> (Vec<Pixel>, Option<ToneCurve>) {
+    let pose = world.pose(camera);
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_tone_curve(curve);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &light());
+    let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
+    let places_m = places_m(&world.gpu, &renderer, pose.position_m);
+    let pixels = tones.iter().zip(&places_m).filter_map(|(texel, place_m)| {
+        let place_m = (*place_m)?;
+        let distance_m = place_m.distance(pose.position_m);
+        Some(Pixel { tone: texel[3], distance_m, height_m: place_m.z })
+    });
+    (pixels.collect(), renderer.tone_curve(&world.gpu).unwrap())
+}
+
+/// Returns the shares of the pixels that are full dark and paper.
+fn shares<'a>(pixels: impl IntoIterator<Item = &'a Pixel>) -> [f64; 2] {
+    let (mut count, mut dark, mut white) = (0.0, 0.0, 0.0);
+    for pixel in pixels {
+        count += 1.0;
+        dark += f64::from(u8::from(pixel.tone < 0.002));
+        white += f64::from(u8::from(pixel.tone > 0.998));
+    }
+    assert!(count > 5000.0, "{count}");
+    [dark / count, white / count]
+}
+
+/// Returns whether the shares are those of the style, within two hundredths.
+fn fits(found: [f64; 2], wanted: [f64; 2]) -> bool {
+    found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 0.02)
+}
+
+#[test]
+fn paper_and_full_dark_have_the_shares_of_the_style() {
+    for (relief, asked) in [(0.5, vec![[0.05, 0.25]]), (1.5, vec![[0.05, 0.25], [0.15, 0.3]])] {
+        let Some(mut world) = land(relief) else { return };
+        for [dark, white] in asked {
+            let style = grey(&format!("fit = true\nrecede = 0\nwhite = {white}\ndark = {dark}"), "");
+            let found = shares(&drawn(&mut world, &style, None).0);
+            println!("relief {relief}: {found:.3?} of the land is full dark and paper; asked {:?}", [dark, white]);
+            assert!(fits(found, [dark, white]));
+            // Planted: other shares, and tones that are not fitted.
+            assert!(!fits(found, [dark + 0.05, white]) && !fits(found, [dark, white - 0.05]));
+            assert!(!fits(shares(&drawn(&mut world, &grey("", ""), None).0), [dark, white]));
+        }
+    }
+}
+
+#[test]
+fn light_that_hardly_varies_is_spread_four_times_at_most() {
+    let Some(mut world) = land(0.01) else { return };
+    let fitted = grey("fit = true\nrecede = 0", "");
+    let (plain, _) = drawn(&mut world, &grey("", ""), None);
+    let (spread, curve) = drawn(&mut world, &fitted, None);
+    let curve = curve.unwrap();
+    assert!((curve.white - curve.dark - 0.25).abs() < 1e-3, "{curve:?}");
+    let by = |spread: &[Pixel], times: f64| {
+        let of_range = |pair: &(&Pixel, &Pixel)| pair.1.tone > 0.01 && pair.1.tone < 0.99;
+        let pairs: Vec<_> = plain.iter().zip(spread).filter(of_range).collect();
+        assert!(pairs.len() > 3000, "{}", pairs.len());
+        let expected = |tone: f64| (tone - f64::from(curve.white)) * times + 1.0;
+        pairs.iter().map(|(plain, spread)| (spread.tone - expected(plain.tone)).abs()).fold(0.0, f64::max)
+    };
+    println!("the spread differs by {:.4} from four times the light", by(&spread, 4.0));
+    assert!(by(&spread, 4.0) < 0.005);
+    // Planted: light that is spread five times.
+    let (too_far, _) = drawn(&mut world, &fitted, Some(ToneCurve { dark: curve.white - 0.2, ..curve }));
+    assert!(by(&too_far, 4.0) > 0.02);
+}
+
+#[test]
+fn near_land_is_lighter_as_the_rule_says() {
+    let Some(mut world) = land(1.0) else { return };
+    let (flat, curve) = drawn_from(&mut world, NEAR, &grey("fit = true\nrecede = 0", ""), None);
+    let middle_m = f64::from(curve.unwrap().middle_m);
+    let nearer = flat.iter().filter(|pixel| pixel.distance_m < middle_m).count() as f64 / flat.len() as f64;
+    // The bins of distances are half an octave wide.
+    assert!((nearer - 0.5).abs() < 0.05, "{nearer} of the land is nearer than the middle");
+    let error = |receding: &[Pixel], recede: f64| {
+        let pairs = flat.iter().zip(receding);
+        let errors = pairs.map(|(flat, near)| {
+            let octaves = (middle_m / flat.distance_m).log2();
+            let t = ((octaves - 1.0) / 2.5).clamp(0.0, 1.0);
+            let left = 1.0 - recede * t * t * (3.0 - 2.0 * t);
+            (near.tone - (1.0 - (1.0 - flat.tone) * left)).abs()
+        });
+        errors.fold(0.0, f64::max)
+    };
+    let (receding, _) = drawn_from(&mut world, NEAR, &grey("fit = true\nrecede = 0.8", ""), None);
+    println!("tones of near land differ by {:.4} from the rule", error(&receding, 0.8));
+    assert!(error(&receding, 0.8) < 0.005);
+    // Planted: less of the darkness is lost.
+    let planted = error(&receding, 0.6);
+    assert!(planted > 0.02, "{planted}");
+}
+
+#[test]
+fn water_does_not_count() {
+    let Some(mut world) = land(1.0) else { return };
+    let (mut heights, _) = drawn(&mut world, &grey("", ""), None);
+    heights.sort_by(|a, b| a.height_m.total_cmp(&b.height_m));
+    let sea_m = heights[heights.len() / 3].height_m;
+    world.surfaces.set_sea_level(Some(sea_m));
+    let water = "[[layers]]\nkind = \"water\"\n";
+    let of_land = |pixels: &[Pixel]| {
+        let land: Vec<&Pixel> = pixels.iter().filter(|pixel| pixel.height_m > sea_m + 1.0).collect();
+        let part = land.len() as f64 / pixels.len() as f64;
+        assert!(part > 0.3 && part < 0.8, "{part} of the picture is land");
+        shares(land)
+    };
+    let (pixels, _) = drawn(&mut world, &grey("fit = true\nrecede = 0", water), None);
+    let found = of_land(&pixels);
+    println!("{found:.3?} of the land above the sea is full dark and paper");
+    // Pixels on the shore may be either.
+    let off = |found: [f64; 2]| (found[0] - 0.05).abs().max((found[1] - 0.25).abs());
+    assert!(off(found) < 0.03);
+    // Planted: water that counts as level land.
+    let (pixels, _) = drawn(&mut world, &grey("fit = true\nrecede = 0", ""), None);
+    let planted = off(of_land(&pixels));
+    assert!(planted > 0.04, "{planted}");
+}
+
+#[test]
+fn parts_have_one_curve() {
+    let Some(mut world) = land(1.0) else { return };
+    let mut picture = |parts: &PartRule, white: f64| {
+        let style = grey(&format!("fit = true\nwhite = {white}"), "");
+        let planes = aov::planes("tone", &style).unwrap();
+        let still = PictureRequest::still(world.pose(VIEW), SIZE_PX, &style, light());
+        let request = PictureRequest { planes: &planes, ..still };
+        let mut tones: Vec<f32> = Vec::new();
+        let take = |band: picture::Band| {
+            if let Samples::F32(values) = &band.planes[0] {
+                tones.extend(values);
+            }
+            Ok::<_, std::convert::Infallible>(())
+        };
+        picture::render_in_parts(&world.gpu, &mut None, &mut world.surfaces, &request, parts, take).unwrap();
+        tones
+    };
+    let whole = picture(&PartRule { whole_px: u64::MAX, part_px: 2048, margin_px: 12 }, 0.25);
+    let difference = |tone: &[f32]| {
+        let differ = whole.iter().zip(tone).filter(|(a, b)| (*a - *b).abs() > 0.005).count();
+        differ as f64 / whole.len() as f64
+    };
+    let in_parts = PartRule { whole_px: 0, part_px: 100, margin_px: 12 };
+    let found = difference(&picture(&in_parts, 0.25));
+    println!("{found:.4} of the pixels differ in parts");
+    assert!(found < 0.002);
+    // Planted: a curve that is a little different.
+    let planted = difference(&picture(&in_parts, 0.4));
+    assert!(planted > 0.2, "{planted}");
+}
+
+#[test]
+fn a_fast_flight_changes_tones_slowly() {
+    // Steep land in the west, gentle land in the east.
+    let height_m = |x_m: f64, y_m: f64| if x_m < 0.0 { rough_height_m(x_m, y_m) } else { 0.05 * rough_height_m(x_m, y_m) };
+    let Some(mut world) = World::new(grid_of(513, 513, 60.0, height_m), 1.0) else { return };
+    let style = grey("fit = true", "");
+    let mut flight = |forgets: bool| {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let (mut curves, mut previous) = (Vec::<ToneCurve>::new(), None);
+        for frame in 0..150 {
+            // It turns by 15 degrees a frame, from the west to the east, and rests.
+            let yaw_deg = -60.0 + 15.0 * f64::from(frame.min(8));
+            let pose = world.pose(&format!("0,-1000,+2500,{yaw_deg},-14,55"));
+            let view = View::whole(previous.unwrap_or(pose), pose, [160, 100]);
+            if forgets {
+                renderer.forget();
+            }
+            renderer.render_eyes(&world.gpu, &mut world.surfaces, &Rig::mono(view), &style, &light()).unwrap();
+            curves.push(renderer.tone_curve(&world.gpu).unwrap().unwrap());
+            previous = Some(pose);
+        }
+        curves
+    };
+    // The largest change of any tone from a frame to the next.
+    let largest = |curves: &[ToneCurve]| {
+        let tone = |curve: &ToneCurve, lit: f32| ((lit - curve.dark) / (curve.white - curve.dark)).clamp(0.0, 1.0);
+        let change = |pair: &[ToneCurve]| {
+            let lit = (0..=100).map(|part| part as f32 / 100.0);
+            lit.map(|lit| (tone(&pair[1], lit) - tone(&pair[0], lit)).abs()).fold(0.0, f32::max)
+        };
+        curves.windows(2).map(change).fold(0.0, f32::max)
+    };
+    let (slow, at_once) = (flight(false), flight(true));
+    println!("tones change by {:.4} in a frame at most, and by {:.4} without a memory", largest(&slow), largest(&at_once));
+    assert!(largest(&slow) <= 0.02);
+    // Planted: a renderer that forgets.
+    assert!(largest(&at_once) > 0.1);
+    // It arrives.
+    let (last, wanted) = (slow.last().unwrap(), at_once.last().unwrap());
+    assert!((last.dark - wanted.dark).abs() < 0.02 && (last.white - wanted.white).abs() < 0.02, "{last:?} {wanted:?}");
+    assert!((last.middle_m / wanted.middle_m).log2().abs() < 0.1, "{last:?} {wanted:?}");
+}
