@@ -293,7 +293,8 @@ impl Governor {
         let hold_s = if next.restarts { CALM_S } else { hold_s };
         let worst_ms = self.last_ms.into_iter().fold(mean_ms, f64::max);
         let predicted_ms = worst_ms * next.cost / self.steps[self.step].cost;
-        let may_rise = since_change_s >= hold_s && now_s - self.fell_at_s >= (hold_after_fall_s * self.patience).max(hold_s);
+        let may_rise =
+            since_change_s >= hold_s && now_s - self.fell_at_s >= (hold_after_fall_s * self.patience).max(hold_s);
         (may_rise && predicted_ms < rise * self.budget_ms).then_some((self.step + 1, Reason::Room))
     }
 
@@ -543,7 +544,8 @@ mod tests {
         let undone = |rules: Rules| {
             let mut governor = Governor { rules, ..Governor::new(BUDGET_MS, ladder(), 5) };
             let base_ms = |t_s: f64| if t_s % 3.7 < 0.03 { 9.0 } else { 4.5 };
-            let replay = replay(&Replay { base_ms: &base_ms, cpu_ms: 2.0, costs: costs(), seconds: 300.0 }, &mut governor);
+            let replay =
+                replay(&Replay { base_ms: &base_ms, cpu_ms: 2.0, costs: costs(), seconds: 300.0 }, &mut governor);
             println!("{} rises undone, {} changes", replay.undone(), replay.changes.len());
             replay.undone()
         };

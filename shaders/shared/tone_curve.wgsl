@@ -24,8 +24,8 @@ struct ToneFit {
 }
 
 // Octaves of distance below the middle at which land begins to be foreground, and at which it is all foreground.
-const NEAR_BEGINS: f32 = 1.0;
-const NEAR_ENDS: f32 = 3.5;
+const NEAR_BEGINS: f32 = 0.25;
+const NEAR_ENDS: f32 = 2.0;
 
 // Returns the fitted tone of light at a distance from the eye.
 fn fitted(curve: ToneCurve, fit: ToneFit, lit: f32, distance_m: f32) -> f32 {

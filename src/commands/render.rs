@@ -312,7 +312,10 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         None => arguments::style_with("--set", args.style.as_deref().unwrap_or(STYLE), &args.set)?,
     };
     if args.like.is_none() && args.tone_curve.is_some() && !style.fits_tones() {
-        let misuse = format!("--tone-curve: the style {} does not fit its tones to the picture; add --set tone.fit=true", style.name);
+        let misuse = format!(
+            "--tone-curve: the style {} does not fit its tones to the picture; add --set tone.fit=true",
+            style.name
+        );
         return Err(Misuse(misuse).into());
     }
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);

@@ -4,9 +4,9 @@ use super::antialias::follows;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::{Gpu, GpuError};
 use crate::scene::Light;
+use crate::scene::tone_curve::ToneCurve;
 use crate::scene::view::Rig;
 use crate::style::{Relief, Shading, Style, Tone};
-use crate::scene::tone_curve::ToneCurve;
 use crate::tones::fit::{FitMemory, Follows, FrameFit};
 
 /// The curve of a renderer, and what the last frame was lit by.
@@ -54,8 +54,7 @@ impl Tones {
             relief: style.relief.clone(),
             light: Light { haze_m: 0.0, focus: None, ..*light },
         };
-        let continues =
-            self.last.as_ref().is_some_and(|(last, last_lit)| follows(last, rig) && *last_lit == lit());
+        let continues = self.last.as_ref().is_some_and(|(last, last_lit)| follows(last, rig) && *last_lit == lit());
         let fit = self.memory.frame(recorder, style, Follows { begins: !continues, step_s });
         self.last = fit.as_ref().filter(|fit| fit.follows.is_some()).map(|_| (rig.clone(), lit()));
         fit

@@ -109,7 +109,18 @@ impl<'a> PictureRequest<'a> {
     /// Creates a request for an eye that does not move, at time 0, without AOV channels.
     pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
         let (clock, antialias) = (Clock::default(), Antialias::None);
-        Self { pose, previous: pose, clock, size_px, style, light, planes: &[], samples: 1, antialias, tone_curve: None }
+        Self {
+            pose,
+            previous: pose,
+            clock,
+            size_px,
+            style,
+            light,
+            planes: &[],
+            samples: 1,
+            antialias,
+            tone_curve: None,
+        }
     }
 }
 

@@ -12,7 +12,7 @@ pub struct ToneCurve {
     pub dark: f32,
     /// Tone of the light that becomes paper, above `dark`, up to 1.
     pub white: f32,
-    /// Distance from the eye within which half of the land in view lies, in metres. Land nearer than half of it is lighter.
+    /// Distance from the eye within which half of the land in view lies, in metres. Land nearer than that is lighter.
     pub middle_m: f32,
 }
 
@@ -44,11 +44,7 @@ impl FromStr for ToneCurve {
         let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
         let &[dark, white, middle_m] = numbers.as_deref().ok_or_else(wrong)? else { return Err(wrong()) };
         let is_in_range = (0.0..=1.0).contains(&dark) && white <= 1.0 && white - dark >= LEAST_SPAN * 0.999;
-        if is_in_range && (1e-3..=1e9).contains(&middle_m) {
-            Ok(Self { dark, white, middle_m })
-        } else {
-            Err(wrong())
-        }
+        if is_in_range && (1e-3..=1e9).contains(&middle_m) { Ok(Self { dark, white, middle_m }) } else { Err(wrong()) }
     }
 }
 
@@ -135,7 +131,18 @@ mod tests {
         assert_eq!(curve, ToneCurve { dark: 0.2, white: 0.95, middle_m: 3500.0 });
         let third = ToneCurve { dark: 1.0 / 3.0, ..curve };
         assert_eq!(third.to_string().parse(), Ok(third));
-        for text in ["", "0.2", "0.2,0.1,5", "0.2,0.2,5", "-0.1,0.5,5", "0.1,1.5,5", "0.1,0.5,0", "0.1,0.5,nan", "a,b,c", "0,1,5,6"] {
+        for text in [
+            "",
+            "0.2",
+            "0.2,0.1,5",
+            "0.2,0.2,5",
+            "-0.1,0.5,5",
+            "0.1,1.5,5",
+            "0.1,0.5,0",
+            "0.1,0.5,nan",
+            "a,b,c",
+            "0,1,5,6",
+        ] {
             assert!(text.parse::<ToneCurve>().is_err(), "{text}");
         }
     }
@@ -153,16 +160,17 @@ mod tests {
             ((lit - curve.dark) / (curve.white - curve.dark)).clamp(0.0, 1.0)
         };
         let largest = |tone: &dyn Fn(usize, f32) -> f32| {
-            let changes = (1..301).flat_map(|number| {
-                (0..=20).map(move |lit| (number, lit as f32 / 20.0))
-            });
+            let changes = (1..301).flat_map(|number| (0..=20).map(move |lit| (number, lit as f32 / 20.0)));
             changes.map(|(number, lit)| (tone(number, lit) - tone(number - 1, lit)).abs()).fold(0.0, f32::max)
         };
         assert!(largest(&tone) <= 0.02, "{}", largest(&tone));
         // It arrives: the first and the last frame have the curves that were measured.
         for end in [0, 300] {
             let (found, wanted) = (film.of_frame(end).unwrap(), of(end).unwrap().unwrap());
-            assert!((found.dark - wanted.dark).abs() + (found.white - wanted.white).abs() < 1e-5, "{found:?} {wanted:?}");
+            assert!(
+                (found.dark - wanted.dark).abs() + (found.white - wanted.white).abs() < 1e-5,
+                "{found:?} {wanted:?}"
+            );
         }
         // A part of it has the same curves.
         let part = FilmCurves::measured(301, 30.0, 140..200, of).unwrap();

@@ -126,6 +126,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule(Density, "rows.spacing_px", Times(0.75)),
     rule(Density, "cuts.families.spacing_px", Times(0.75)),
     rule(Density, "light.exposure", Times(0.8)),
+    shared(Density, "tone.dark", Times(2.0)),
     // Bolder strokes need a larger share of the area, or there would be fewer.
     rule(Weight, "strokes.width_px", Times(1.8)),
     shared(Weight, "strokes.crowd", Times(1.6)),
@@ -145,6 +146,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule(Weight, "paper.border_px", Times(1.6)),
     rule(Contrast, "light.contrast", Times(1.5)),
     rule(Contrast, "tone.darkest", Plus(-0.2)),
+    shared(Contrast, "tone.dark", Times(2.0)),
     rule(Contrast, "tone.ramp.stops.colors", Spread(1.35)),
     rule(Contrast, "relief.alpha_px", Times(1.4)),
     rule(Softness, "tone.softness", Plus(0.5)),

@@ -46,7 +46,7 @@ fn contrast(brightness: &[f32], hatch: &[f32]) -> f32 {
 fn hatch_has_every_mark_that_makes_tone() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     for name in ["crosshatch", "hachures", "engraving"] {
-        let style = Style::load(name).unwrap().without(&["water"]);
+        let style = common::absolute(name).without(&["water"]);
         let (brightness, hatch) = drawn(&mut world, &style);
         let ratio = contrast(&brightness, &hatch);
         assert!(ratio < 0.5, "{name}: pixels under marks are {ratio} times as bright as bare ones");

@@ -121,7 +121,7 @@ fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_elsewhere
     let names = ["ink", "strokes", "crosshatch", "wash", "hachures", "stipple", "cartoon"];
     for name in names.into_iter().take(if common::full() { 7 } else { 4 }) {
         // Terraces of this land are as level as lakes.
-        let style = Style::load(name).unwrap().without(&["water"]);
+        let style = common::absolute(name).without(&["water"]);
         let without = drawn(&mut world, &style, None);
         let with = drawn(&mut world, &style, Some(about_place(PLACE_M, STRENGTH)));
         let [differ, left] = judged(&without, &with, PLACE_M);

@@ -39,7 +39,7 @@ const LEVELS: [u32; 4] = [NEAR, MIDDLE, IMPOSTOR, CANOPY];
 
 /// Loads a preset and sets its amount of local colours.
 fn style(name: &str, amount: f32) -> Style {
-    let text = style::preset_text(name).unwrap();
+    let text = style::preset_text(name).unwrap().replace("fit = true\n", "");
     let own: String =
         text.lines().filter(|line| !line.starts_with("local_color")).map(|line| format!("{line}\n")).collect();
     let text = own.replace("[tone]\n", &format!("[tone]\nlocal_color = {amount}\n"));
@@ -315,8 +315,11 @@ fn colours_change_no_tone_and_nothing_else() {
     let (bare, ids, bare_picture, is_colored) = drawn(&mut world, &style("wash", 0.0));
     assert!(!is_colored, "colours are computed for a style that has none");
     let text = style::preset_text("wash").unwrap();
-    let silent: String =
-        text.lines().filter(|line| !line.starts_with("local_color")).map(|line| format!("{line}\n")).collect();
+    let silent: String = text
+        .lines()
+        .filter(|line| !line.starts_with("local_color") && *line != "fit = true")
+        .map(|line| format!("{line}\n"))
+        .collect();
     let silent = drawn(&mut world, &Style::parse("wash", &silent).unwrap());
     assert!(silent.2 == bare_picture, "a style without local_color must have none");
     let (full, full_ids, full_picture, is_colored) = drawn(&mut world, &style("wash", 1.0));
@@ -374,13 +377,11 @@ fn colours_draw_within_the_default_limits() {
     surfaces.set_forest(Some(of(Form::Birch, 100.0, 20.0)));
     surfaces.set_wind(Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
     // With shadows, marks and colours, every tone pass has all of its inputs.
-    let all = Style::parse(
-        "all",
-        &Style::load("crosshatch").unwrap().text().replace("local_color = 0.0", "local_color = 0.5"),
-    )
-    .unwrap();
+    let all =
+        Style::parse("all", &common::absolute("crosshatch").text().replace("local_color = 0.0", "local_color = 0.5"))
+            .unwrap();
     assert!(all.needs_local_colors() && all.hatching().is_some() && all.needs_tree_shadows());
-    for style in [Style::load("wash").unwrap(), Style::load("plain").unwrap(), all] {
+    for style in [common::absolute("wash"), Style::load("plain").unwrap(), all] {
         let mut renderer = Renderer::new(&gpu).unwrap();
         for _ in 0..2 {
             draw(&gpu, &mut surfaces, &mut renderer, &still(pose, [96, 54]), &style, &NOON);

@@ -162,7 +162,7 @@ fn level_land_is_paper() {
     let names = ["hachures", "engraving", "crosshatch", "stipple", "pencil", "woodcut"];
     for name in names.into_iter().take(if common::full() { 6 } else { 4 }) {
         let mut ink = |level: bool| {
-            let mut style = Style::load(name).unwrap();
+            let mut style = common::absolute(name);
             style.set_strokes(None);
             style.paper.grain = 0.0;
             if !level {

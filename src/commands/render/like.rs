@@ -74,9 +74,8 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
         all.title = all.title.or_else(|| more.title.clone());
     }
     all.samples = all.samples.or(more.samples);
-    if args.style.is_none() {
-        all.tone_curve = parsed_or(all.tone_curve, more.tone_curve.as_deref(), "tone_curve")?;
-    }
+    let curve = more.tone_curve.as_deref().filter(|_| keeps_tones(args));
+    all.tone_curve = parsed_or(all.tone_curve, curve, "tone_curve")?;
     all.lod_error = all.lod_error.or(more.lod_error);
     all.tile_memory = all.tile_memory.or(more.tile_memory);
     let heights = &mut all.world.heights;
@@ -119,6 +118,17 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
         all.pens = all.pens.or(more.pens);
     }
     Ok(all)
+}
+
+/// Returns whether the arguments leave the view, the light and the style of the picture as they are, so that the curve of
+/// its tones still fits.
+fn keeps_tones(args: &RenderArgs) -> bool {
+    let RenderArgs { world: WorldArgs { name, light, land, exaggeration, .. }, camera, look, map, map_place, .. } =
+        args;
+    let is_seen = camera.is_none() && look.look_at.is_none() && map.is_none() && map_place.at.is_none();
+    let is_lit = light.sun.is_none() && light.side_light.is_none() && light.date.is_none() && light.focus.is_none();
+    let is_there = name.is_none() && exaggeration.is_none() && land.sea_level.is_none() && land.trees.is_none();
+    is_seen && is_lit && is_there && light.haze.is_none() && args.style.is_none() && args.set.is_empty()
 }
 
 /// Completes the options of a picture's view: its camera, map and time, or the camera path of several pictures.

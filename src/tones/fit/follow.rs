@@ -11,10 +11,10 @@ const SETTLES_S: f64 = 1.2;
 /// Largest change of a tone in a frame, and in a second.
 pub(crate) const MOST_IN_FRAME: f64 = 0.012;
 pub(crate) const MOST_PER_S: f64 = 0.3;
-/// Largest change of the middle distance in a frame, and in a second, in octaves: a tone changes by 0.005 at most, since
-/// land loses `recede` of its darkness within 2.5 octaves.
-const MOST_OCTAVES_IN_FRAME: f64 = 0.03;
-const MOST_OCTAVES_PER_S: f64 = 0.75;
+/// Largest change of the middle distance in a frame, and in a second, in octaves: a tone changes by 0.006 at most, because
+/// land loses a third of its darkness within 1.75 octaves.
+const MOST_OCTAVES_IN_FRAME: f64 = 0.02;
+const MOST_OCTAVES_PER_S: f64 = 0.6;
 /// The light is spread by no more than this factor: in flat land, differences that nobody sees would become tones.
 const MOST_SPREAD: f32 = 4.0;
 

@@ -62,12 +62,7 @@ impl FitMemory {
     }
 
     /// Returns the curve of the next frame; `None` if the style's tones are not fitted.
-    pub(crate) fn frame(
-        &mut self,
-        recorder: &mut Recorder<'_>,
-        style: &Style,
-        follows: Follows,
-    ) -> Option<FrameFit> {
+    pub(crate) fn frame(&mut self, recorder: &mut Recorder<'_>, style: &Style, follows: Follows) -> Option<FrameFit> {
         if !style.fits_tones() {
             self.followed = None;
             return None;
@@ -76,7 +71,8 @@ impl FitMemory {
             return Some(FrameFit { curve: recorder.upload(&GIVEN, &[uniform_of(curve)]), follows: None });
         }
         let begins = follows.begins || std::mem::take(&mut self.begins) || self.followed.is_none();
-        let curve = self.followed.get_or_insert_with(|| Buffer::with(recorder.gpu(), &CURVE, &[ToneCurveUniform::default()]));
+        let curve =
+            self.followed.get_or_insert_with(|| Buffer::with(recorder.gpu(), &CURVE, &[ToneCurveUniform::default()]));
         Some(FrameFit { curve: curve.clone(), follows: Some(Follows { begins, ..follows }) })
     }
 

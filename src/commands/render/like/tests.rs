@@ -66,7 +66,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("eyes", Kept("--eyes anaglyph -o a.png")),
     ("ipd", Kept("--eyes left --ipd auto -o a.png")),
     ("convergence", Kept("--eyes left --convergence 70 -o a.png")),
-    ("tone_curve", Kept("--style crosshatch --set tone.fit=true --tone-curve 0.2,0.9,3000 -o a.png")),
+    ("tone_curve", Kept("--style crosshatch --tone-curve 0.2,0.9,3000 -o a.png")),
     ("samples", Kept("--samples 4 -o a.exr")),
     ("antialias", Kept("--path p.csv --antialias temporal -o a%d.png")),
     ("lod_error", Kept("--lod-error 0.5 -o a.png")),
@@ -151,7 +151,8 @@ fn drawn(args: &RenderArgs) -> String {
     let camera = camera.filter(|_| path.is_none() && map.is_none());
     let time_s = time_s.unwrap_or(0.0);
     let view = format!("{camera:?} {map:?} {path:?} {} {time_s} {stereo:?} {frames:?} {warm_up:?}", args.fps());
-    let quality = format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
+    let quality =
+        format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
     let page = format!("{:?} {dpi:?} {show:?} {title:?} {tolerance_px:?} {paper:?} {margin:?} {pens:?}", args.size());
     format!("{world}\n{view}\n{quality}\n{page}")
 }
