@@ -37,7 +37,7 @@ pub(crate) const VARIANTS: &[(&str, &[&str])] = &[
     ("tones/toon", &["FITTED"]),
     ("tones/toon", &["FITTED", "HORIZON_MAPS", "LOCAL_COLOR", "MARKED_TREES", "TREE_SHADOWS"]),
     ("tones/fit/measure", &["WATER"]),
-    ("tones/fit/measure", &["HORIZON_MAPS", "TREE_SHADOWS", "WATER"]),
+    ("tones/fit/measure", &["CRESTS", "HORIZON_MAPS", "RELIEF", "TREE_SHADOWS", "WATER"]),
     ("tones/relief/radiance", &["WARPED"]),
     ("tones/relief/radiance", &["HORIZON_MAPS", "TREE_SHADOWS"]),
     ("tones/relief/radiance", &["HORIZON_MAPS", "TREE_SHADOWS", "WARPED"]),

@@ -126,7 +126,8 @@ pub(crate) const RULES: &[Rule] = &[
     rule(Density, "rows.spacing_px", Times(0.75)),
     rule(Density, "cuts.families.spacing_px", Times(0.75)),
     rule(Density, "light.exposure", Times(0.8)),
-    shared(Density, "tone.dark", Times(2.0)),
+    shared(Density, "tone.dark", Times(2.6)),
+    rule(Density, "tone.white", Times(0.9)),
     // Bolder strokes need a larger share of the area, or there would be fewer.
     rule(Weight, "strokes.width_px", Times(1.8)),
     shared(Weight, "strokes.crowd", Times(1.6)),

@@ -7,15 +7,19 @@
 #import hachure::lit_tone::lit_tone
 #import hachure::tone_counts::{BINS, WORDS, LEAST_OCTAVE, OCTAVES_PER_BIN}
 
-struct Measured {
-    // 1: the tone comes from light that emphasises relief; 1: crests are lighter.
-    relief: u32,
-    crests: u32,
-    pad_a: u32,
-    pad_b: u32,
-}
+// Whether the tone comes from light that emphasises relief, and whether crests are lighter. They are no uniform, since a
+// pass has at most three (docs/decisions/software-drivers.md).
+#ifdef RELIEF
+const HAS_RELIEF: bool = true;
+#else
+const HAS_RELIEF: bool = false;
+#endif
+#ifdef CRESTS
+const HAS_CRESTS: bool = true;
+#else
+const HAS_CRESTS: bool = false;
+#endif
 
-@group(0) @binding(7) var<uniform> measured: Measured;
 // Weights of the bins of tones, then of those of distances.
 @group(0) @binding(8) var<storage, read_write> tone_counts: array<atomic<u32>>;
 #ifdef WATER
@@ -49,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
 #endif
     if is_land {
         let surface = lit_surface(pixel, at);
-        let lit = lit_tone(surface, pixel, measured.relief != 0u, measured.crests != 0u);
+        let lit = lit_tone(surface, pixel, HAS_RELIEF, HAS_CRESTS);
         let away_m = distance_from_eye(view, at.xyz);
         let weight = u32(round(WHOLE * haze_clear(light, away_m) * surface.clear));
         atomicAdd(&counts[bin_of(lit * f32(BINS))], weight);

@@ -8,7 +8,6 @@ use hachure::gpu::readback::read;
 use hachure::mesh::paint::Paint;
 use hachure::mesh::placed::Placed;
 use hachure::mesh::{Material, Mesh};
-use hachure::style::Style;
 use hachure::surface::SURFACE_ID;
 use hachure::tones::TONE;
 
@@ -44,7 +43,7 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
     let pose = world.pose("-320,-620,+8,8,3,40");
     // Blinn-Phong shading, light in steps, and darkness by slope.
     for (name, most) in [("plain", 0.7), ("ink", 0.995), ("hachures", 0.95)] {
-        let mut style = Style::load(name).unwrap();
+        let mut style = crate::tests::common::absolute(name);
         if name == "ink" {
             // Otherwise the whole model is in the darkest step.
             (style.light.wrap, style.light.contrast) = (1.0, 1.0);

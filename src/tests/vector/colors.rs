@@ -117,7 +117,7 @@ fn files_of_every_preset_have_the_colors_of_the_picture() {
     let Some(mut world) = World::real("dem/geotiff/mt_rainier_90m.tif", 1.0) else { return };
     let mut failed = Vec::new();
     for name in crate::tests::common::presets() {
-        let style = of_inks(&Style::load(name).unwrap());
+        let style = of_inks(&crate::tests::common::absolute(name));
         let groups = vector_groups(&mut world, &style);
         let shown = picture(&mut world, &style);
         let difference = worst(&drawn_back(&groups), &shown);

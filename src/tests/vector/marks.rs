@@ -79,7 +79,7 @@ fn worst(windows: &[f64]) -> f64 {
 fn paths_of_marks_have_the_ink_of_the_picture() {
     let Some(mut world) = World::real("dem/geotiff/mt_rainier_90m.tif", 1.0) else { return };
     for name in STYLES {
-        let mut style = Style::load(name).unwrap();
+        let mut style = crate::tests::common::absolute(name);
         // Ink that does not fade, so that the ink target equals what is drawn.
         style.hatching_mut().into_iter().for_each(|hatching| hatching.faintest = 1.0);
         style.rows_mut().into_iter().for_each(|rows| rows.faintest = 1.0);

@@ -4,23 +4,17 @@ use crate::gpu::buffer::Buffer;
 use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
-use crate::gpu::wgsl::tones::fit::measure::{Measured, STEP_PX};
+use crate::gpu::wgsl::tones::fit::measure::STEP_PX;
 use crate::scene::focus::FocusUniform;
 use crate::tones::Inputs;
 use crate::tones::light::LightUniform;
 
 /// Adds the land in view to `counts`.
 pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, water: Option<&Target>, counts: &Buffer) {
-    let measured = Measured {
-        relief: u32::from(inputs.relief_light.is_some()),
-        crests: u32::from(inputs.crest_light.is_some()),
-        ..Measured::default()
-    };
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("light", recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
         ("focus", FocusUniform::on_gpu(recorder, inputs.light.focus.as_ref())),
-        ("measured", recorder.uniform("measured", &measured)),
         ("tone_counts", counts.binding()),
         ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
@@ -29,6 +23,8 @@ pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, water: Optio
         ("relief_light", inputs.relief_light.unwrap_or(inputs.nothing).into()),
     ];
     let definitions = defined([
+        ("CRESTS", inputs.crest_light.is_some()),
+        ("RELIEF", inputs.relief_light.is_some()),
         ("HORIZON_MAPS", inputs.horizon_maps.is_some()),
         ("TREE_SHADOWS", inputs.tree_shadow.is_some()),
         ("WATER", water.is_some()),
