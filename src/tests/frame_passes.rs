@@ -114,7 +114,7 @@ fn traces() -> Option<Traces> {
     // Frames with the most passes come first, since they determine the order.
     traces.presets.sort_by_key(|name| (!["pen", "wash"].contains(name), *name));
     for name in traces.presets.clone() {
-        let style = common::preset(name);
+        let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let first = drawing(&mut world, &mut renderer, &style, [pose; 2]);
         let then = drawing(&mut world, &mut renderer, &style, [pose, next]);
@@ -270,7 +270,7 @@ fn every_picture_of_a_frame_can_be_shown() {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         renderer.set_wants_motion(true);
         renderer.set_wants_ids(true);
-        trace = drawing(&mut world, &mut renderer, &common::preset(name), [pose; 2]);
+        trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
         world.gpu.check().unwrap();
     }
