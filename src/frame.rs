@@ -463,14 +463,14 @@ impl Renderer {
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late || sea_changes;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
-        let changes = land_changes || strokes_settle || sways;
+        let changes = land_changes || strokes_settle || sways || self.tones.is_settling();
         let error_px = prepared.detail.error_px;
         let has_room = self.room_px.is_some() && !resized;
         let inputs = antialias::SampleInputs { rig, style, light, error_px, changes, has_room };
         let temporal_aa = self.samples.plan(&inputs);
         // No time passes between samples of a picture at rest, so strokes do not fade between them.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
-        let fit = self.tones.frame(&mut recorder, &tones::TonesInputs { rig, style, light, step_s });
+        let fit = self.tones.frame(&mut recorder, &tones::TonesInputs { rig, style, light, step_s, land_changes });
         let hidden = &self.hidden;
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();

@@ -322,15 +322,15 @@ impl Governor {
 
     fn change_to(&mut self, step: usize, now_s: f64) {
         self.before = (self.counted >= NEEDED).then(|| (self.step, self.mean.0 / self.mean.1));
+        if now_s - self.fell_at_s > FORGOTTEN_S {
+            self.patience = 1.0;
+        }
         if step < self.step {
             if now_s - self.rose_at_s < UNDONE_S {
                 self.patience = (2.0 * self.patience).min(self.rules.most_patience);
             }
             self.fell_at_s = now_s;
         } else {
-            if now_s - self.fell_at_s > FORGOTTEN_S {
-                self.patience = 1.0;
-            }
             self.rose_at_s = now_s;
         }
         self.changed_at_s = now_s;

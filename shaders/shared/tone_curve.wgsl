@@ -3,7 +3,7 @@
 #define_import_path hachure::tone_curve
 
 struct ToneCurve {
-    // Tones of the light that become the darkest and the lightest of the style.
+    // Tones of the light that become dark, and paper.
     dark: f32,
     white: f32,
     // Binary logarithm of the distance, in metres, within which half of the land in view lies.
@@ -14,8 +14,7 @@ struct ToneCurve {
 
 // What the style makes of the curve.
 struct ToneFit {
-    // Values between which the two tones of the curve are placed: 0 and 1, or the middle of the first and last step of a
-    // stepped tone.
+    // Values at which the two tones of the curve are placed; tones beyond them continue to 0 and 1.
     low: f32,
     high: f32,
     // Part of its darkness that the nearest land loses.
@@ -29,6 +28,9 @@ const NEAR_ENDS: f32 = 2.0;
 
 // Returns the fitted tone of light at a distance from the eye.
 fn fitted(curve: ToneCurve, fit: ToneFit, lit: f32, distance_m: f32) -> f32 {
+    if curve.is_known == 0.0 {
+        return lit;
+    }
     let along = (lit - curve.dark) / max(curve.white - curve.dark, 1e-3);
     let placed = clamp(mix(fit.low, fit.high, along), 0.0, 1.0);
     let nearer = curve.middle_octave - log2(max(distance_m, 1e-3));

@@ -121,9 +121,9 @@ pub(crate) struct RenderArgs {
     /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
-    /// Tones of a style that fits them to the picture (tone.fit), so that several pictures have the same ones: the tone of
-    /// the light that becomes full dark, the one that becomes paper, and the distance within which half of the land lies,
-    /// in metres [default: measured in the picture; `hachure info PICTURE` prints them]
+    /// Set the tones of a style with tone.fit, for a series of pictures with equal ones: the tone of the light, from 0 to 1,
+    /// that is drawn dark, the one that is left as paper, and the distance within which half of the land lies, in metres
+    /// [default: measured in the picture; `hachure info PICTURE` prints them]
     #[arg(long, value_name = "DARK,WHITE,METRES", allow_hyphen_values = true)]
     pub tone_curve: Option<ToneCurve>,
     /// Samples per pixel, of which the picture is the mean: smoother edges at proportional cost. Additional EXR
@@ -297,6 +297,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         args.world.check()?;
         return mesh::run(args, format, &args.world.scene()?);
     }
+    let has_curve = args.tone_curve.is_some();
     let args = paper::measured(args, &kind)?;
     let (args, liked) = like::resolved(&args, &kind)?;
     let args = &with_quality(args)?;
@@ -311,9 +312,9 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         Some(style) => arguments::with_values(style, &args.set)?,
         None => arguments::style_with("--set", args.style.as_deref().unwrap_or(STYLE), &args.set)?,
     };
-    if args.like.is_none() && args.tone_curve.is_some() && !style.fits_tones() {
+    if has_curve && !style.fits_tones() {
         let misuse = format!(
-            "--tone-curve: the style {} does not fit its tones to the picture; add --set tone.fit=true",
+            "--tone-curve: the style {} does not fit its tones to the picture; choose one with tone.fit = true, such as pencil",
             style.name
         );
         return Err(Misuse(misuse).into());

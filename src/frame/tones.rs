@@ -14,7 +14,12 @@ use crate::tones::fit::{FitMemory, Follows, FrameFit};
 pub(super) struct Tones {
     memory: FitMemory,
     last: Option<(Rig, Lit)>,
+    /// Time in which the curve still follows a view that is at rest, in seconds.
+    settles_s: f64,
 }
+
+/// Time after which the curve of a view at rest has arrived, in seconds.
+const ARRIVES_S: f64 = 4.0;
 
 /// All that sets the tones of a view; another one is another drawing.
 #[derive(PartialEq)]
@@ -32,9 +37,16 @@ pub(super) struct TonesInputs<'a> {
     pub(super) light: &'a Light,
     /// Time since the last frame, in seconds.
     pub(super) step_s: f64,
+    /// Whether tiles of this view have arrived or are missing.
+    pub(super) land_changes: bool,
 }
 
 impl Tones {
+    /// Returns whether the curve still moves while the view is at rest.
+    pub(super) fn is_settling(&self) -> bool {
+        self.settles_s > 0.0
+    }
+
     /// Lets the next frame measure its curve anew.
     pub(super) fn forget(&mut self) {
         self.memory.forget();
@@ -43,9 +55,10 @@ impl Tones {
     /// Returns the curve of the next frame; `None` if the style's tones are not fitted. The curve follows that of the
     /// last frame if the eyes do, and style and light are the same.
     pub(super) fn frame(&mut self, recorder: &mut Recorder<'_>, inputs: &TonesInputs<'_>) -> Option<FrameFit> {
-        let &TonesInputs { rig, style, light, step_s } = inputs;
-        if !style.fits_tones() {
-            self.last = None;
+        let &TonesInputs { rig, style, light, step_s, land_changes } = inputs;
+        if !style.fits_tones() || self.memory.given.is_some() {
+            (self.last, self.settles_s) = (None, 0.0);
+            return self.memory.frame(recorder, style, Follows { begins: true, step_s });
         }
         // The haze and the focus that an eye sees change while it flies.
         let lit = || Lit {
@@ -56,7 +69,14 @@ impl Tones {
         };
         let continues = self.last.as_ref().is_some_and(|(last, last_lit)| follows(last, rig) && *last_lit == lit());
         let fit = self.memory.frame(recorder, style, Follows { begins: !continues, step_s });
-        self.last = fit.as_ref().filter(|fit| fit.follows.is_some()).map(|_| (rig.clone(), lit()));
+        let moves = rig.eyes.iter().any(|eye| eye.pose != eye.previous || eye.lens != eye.previous_lens);
+        self.settles_s = match continues {
+            _ if land_changes => ARRIVES_S,
+            true if moves => ARRIVES_S,
+            true => (self.settles_s - step_s).max(0.0),
+            false => 0.0,
+        };
+        self.last = Some((rig.clone(), lit()));
         fit
     }
 }

@@ -8,7 +8,7 @@ use std::str::FromStr;
 /// land is near.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToneCurve {
-    /// Tone of the light that becomes full dark, 0 to 1.
+    /// Tone of the light that becomes dark, 0 to 1.
     pub dark: f32,
     /// Tone of the light that becomes paper, above `dark`, up to 1.
     pub white: f32,
@@ -37,8 +37,8 @@ impl FromStr for ToneCurve {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
-            "it must be DARK,WHITE,METRES: two tones from 0 to 1, the second one lighter by 0.01 or more, and a distance up \
-             to 1e9 m, like 0.2,0.95,3500"
+            "it must be DARK,WHITE,METRES: two tones from 0 to 1, the second one lighter by 0.01 or more, and a distance \
+             from 0.001 to 1e9 m, like 0.2,0.95,3500"
                 .to_owned()
         };
         let numbers: Option<Vec<f32>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
@@ -68,8 +68,8 @@ pub(crate) struct FilmCurves {
     stride: usize,
     /// Number of the measured picture to which the first of `keys` belongs.
     first: usize,
-    /// Smoothed curves of the measured pictures; none if no picture shows land.
-    keys: Vec<ToneCurve>,
+    /// Smoothed curves of the measured pictures; `None` where no picture within two seconds shows land.
+    keys: Vec<Option<ToneCurve>>,
 }
 
 impl FilmCurves {
@@ -90,34 +90,27 @@ impl FilmCurves {
         let last_key = (frames.end / stride + 1 + reach).min(last.div_ceil(stride));
         let keys = (first_key..=last_key).map(|key| measure((key * stride).min(last)));
         let found: Vec<Option<ToneCurve>> = keys.collect::<Result<_, E>>()?;
-        // A picture without land has the curve of the last one with land, or else of the first.
-        let first = found.iter().flatten().next().copied();
-        let filled: Vec<ToneCurve> = found
-            .into_iter()
-            .scan(first, |held, curve| {
-                *held = curve.or(*held);
-                *held
-            })
-            .collect();
-        let at = |key: isize| filled[key.clamp(0, filled.len() as isize - 1) as usize];
+        // Beyond the ends of the film the first and the last picture continue.
+        let at = |key: isize| found[key.clamp(0, found.len() as isize - 1) as usize];
         let smoothed = |key: usize| {
-            let (mut curve, mut weight) = (at(key as isize - 2), SMOOTH[0]);
-            for (offset, more) in (-1..).zip(&SMOOTH[1..]) {
-                weight += more;
-                curve = curve.mixed(at(key as isize + offset), more / weight);
-            }
-            curve
+            let around =
+                (key as isize - reach as isize..).zip(SMOOTH).filter_map(|(key, weight)| Some((at(key)?, weight)));
+            let mean = around
+                .reduce(|(mean, sum), (curve, weight)| (mean.mixed(curve, weight / (sum + weight)), sum + weight));
+            mean.map(|(mean, _)| mean)
         };
-        Ok(Self { stride, first: first_key, keys: (0..filled.len()).map(smoothed).collect() })
+        Ok(Self { stride, first: first_key, keys: (0..found.len()).map(smoothed).collect() })
     }
 
-    /// Returns the curve of a frame; `None` if no picture shows land.
+    /// Returns the curve of a frame; `None` if no measured picture near it shows land.
     pub(crate) fn of_frame(&self, number: usize) -> Option<ToneCurve> {
         let stride = self.stride.max(1);
         let (key, within) = ((number / stride).saturating_sub(self.first), number % stride);
-        let curve = *self.keys.get(key).or(self.keys.last())?;
-        let next = *self.keys.get(key + 1).unwrap_or(&curve);
-        Some(curve.mixed(next, within as f32 / stride as f32))
+        let curve = |key: usize| *self.keys.get(key).or(self.keys.last())?;
+        match (curve(key), curve(key + 1)) {
+            (Some(curve), Some(next)) => Some(curve.mixed(next, within as f32 / stride as f32)),
+            (curve, next) => curve.or(next),
+        }
     }
 }
 
@@ -152,7 +145,7 @@ mod tests {
         // The land is gentle for five seconds, and then steep.
         let of = |number: usize| {
             let [dark, white] = if number < 150 { [0.6, 0.95] } else { [0.1, 0.8] };
-            Ok::<_, ()>((number != 30).then_some(ToneCurve { dark, white, middle_m: 1000.0 }))
+            Ok::<_, ()>((number != 30 && number < 400).then_some(ToneCurve { dark, white, middle_m: 1000.0 }))
         };
         let film = FilmCurves::measured(301, 30.0, 0..301, of).unwrap();
         let tone = |number: usize, lit: f32| {
@@ -181,6 +174,10 @@ mod tests {
             ((lit - curve.dark) / (curve.white - curve.dark)).clamp(0.0, 1.0)
         };
         assert!(largest(&hard) > 0.5);
+        // Land that is out of view for long leaves no trace in a part that begins there.
+        let [whole, part] = [0..900, 600..900].map(|frames| FilmCurves::measured(900, 30.0, frames, of).unwrap());
+        assert!((600..900).all(|number| part.of_frame(number) == whole.of_frame(number)));
+        assert!(whole.of_frame(390).is_some() && whole.of_frame(700).is_none());
         // A film without land has no curve.
         assert_eq!(FilmCurves::measured(10, 30.0, 0..10, |_| Ok::<_, ()>(None)).unwrap().of_frame(3), None);
     }

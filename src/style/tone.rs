@@ -52,13 +52,13 @@ parameters! {
         softness called "Softness of steps": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// How much trees and models show their own colours; 0 colours them like the land.
         local_color called "Local colour": f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Whether the tones are spread so that the shares of the land in view below become paper and full dark.
+        /// Whether tones are spread until the shares of the land in view below are light and dark.
         fit called "Fit to picture": bool = false;
-        /// Share of the land in view that becomes paper, if tones are fitted.
-        white called "Share of paper": f32 = 0.25 => Range::Within(0.0, 0.9);
-        /// Share of the land in view that becomes full dark, if tones are fitted.
-        dark called "Share of full dark": f32 = 0.05 => Range::Within(0.0, 0.9);
-        /// How much of its darkness the nearest land loses, if tones are fitted.
+        /// Share of the land in view that is left as paper; of stepped tones, the share of the lightest step. Needs `fit`.
+        white_share called "Share of paper": f32 = 0.25 => Range::Within(0.0, 0.6);
+        /// Share of the land in view that is dark; of stepped tones, the share of the darkest step. Needs `fit`.
+        dark_share called "Share of darks": f32 = 0.05 => Range::Within(0.0, 0.4);
+        /// Share of its darkness that land loses where it is a quarter as far as the middle of the view. Needs `fit`.
         recede called "Lighter foreground": f32 = 0.33 => Range::Within(0.0, 1.0);
     }
 }

@@ -64,7 +64,7 @@ fn the_far_third_has_less_ink_than_the_near_one() {
             "rock" => 2.0,
             _ if style.rows().is_some() => 0.85,
             // The foreground recedes, and dots are few where it is light.
-            "stipple" => 0.75,
+            "stipple" => 0.82,
             _ => 0.68,
         };
         if part > most || clear_part < 1.5 * part {

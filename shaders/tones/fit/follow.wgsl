@@ -4,7 +4,7 @@
 #import hachure::tone_curve::ToneCurve
 
 struct Follow {
-    // Parts of the land that are to be full dark, and paper.
+    // Parts of the land that are to be dark, and paper.
     dark_share: f32,
     white_share: f32,
     // Least difference of the two tones: the light is not spread farther.
@@ -46,6 +46,9 @@ fn main() {
     let middle = quantile(BINS, 0.5);
     if darkest < 0.0 || middle < 0.0 {
         // There is no land in view.
+        if follow.begins != 0u {
+            tone_curve.is_known = 0.0;
+        }
         return;
     }
     let lightest = quantile(0u, 1.0 - follow.white_share) / f32(BINS);

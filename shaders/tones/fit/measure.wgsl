@@ -44,9 +44,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
         atomicStore(&counts[word], 0u);
     }
     workgroupBarrier();
-    let pixel = vec2<i32>(id.xy * STEP_PX + STEP_PX / 2u);
-    var is_land = all(vec2<u32>(pixel) < view.size_px);
-    let at = place_seen(view, distance_m, min(pixel, vec2<i32>(view.size_px) - 1));
+    // A picture of few pixels is measured on its last row or column.
+    let pixel = vec2<i32>(min(id.xy * STEP_PX + STEP_PX / 2u, view.size_px - 1u));
+    var is_land = all(id.xy * STEP_PX < view.size_px);
+    let at = place_seen(view, distance_m, pixel);
     is_land = is_land && at.w > 0.0;
 #ifdef WATER
     is_land = is_land && textureLoad(water, pixel, 0).r <= 0.0;
@@ -55,7 +56,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
         let surface = lit_surface(pixel, at);
         let lit = lit_tone(surface, pixel, HAS_RELIEF, HAS_CRESTS);
         let away_m = distance_from_eye(view, at.xyz);
-        let weight = u32(round(WHOLE * haze_clear(light, away_m) * surface.clear));
+        let weight = u32(max(1.0, round(WHOLE * haze_clear(light, away_m) * surface.clear)));
         atomicAdd(&counts[bin_of(lit * f32(BINS))], weight);
         atomicAdd(&counts[BINS + bin_of((log2(max(away_m, 1e-3)) - LEAST_OCTAVE) / OCTAVES_PER_BIN)], u32(WHOLE));
     }

@@ -216,7 +216,7 @@ impl Job<'_> {
         if warm_up.first > 0 {
             Renderer::or_new(&mut self.renderer, &self.gpu)?.begin_at(warm_up.first);
         }
-        let curves = self.film_curves(cameras, &written, start_s)?;
+        let curves = self.film_curves(cameras, warm_up.first..written.end, start_s)?;
         self.drawing = Drawing { bar: Some(Bar::default()), pictures: [0, written.end - warm_up.first] };
         for number in warm_up.first..written.end {
             self.drawing.pictures[0] = number - warm_up.first;
@@ -260,14 +260,14 @@ impl Job<'_> {
         Ok(total)
     }
 
-    /// Returns the curves that fit the tones to the pictures, those of `--tone-curve` or measured ones; none if the style does
+    /// Returns the curves that fit the tones to the pictures that are `drawn`, those of `--tone-curve` or measured ones; none if the style does
     /// not fit its tones.
-    fn film_curves(&mut self, cameras: &[Camera], written: &Range<u64>, start_s: f64) -> anyhow::Result<FilmCurves> {
+    fn film_curves(&mut self, cameras: &[Camera], drawn: Range<u64>, start_s: f64) -> anyhow::Result<FilmCurves> {
         if !self.style.fits_tones() {
             return Ok(FilmCurves::default());
         }
         let fps = self.args.fps();
-        let frames = written.start as usize..written.end as usize;
+        let frames = drawn.start as usize..drawn.end as usize;
         FilmCurves::measured(cameras.len(), fps.per_second(), frames, |number| {
             let pose = self.pose(&cameras[number]);
             let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());

@@ -123,11 +123,13 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
 /// Returns whether the arguments leave the view, the light and the style of the picture as they are, so that the curve of
 /// its tones still fits.
 fn keeps_tones(args: &RenderArgs) -> bool {
-    let RenderArgs { world: WorldArgs { name, light, land, exaggeration, .. }, camera, look, map, map_place, .. } =
-        args;
-    let is_seen = camera.is_none() && look.look_at.is_none() && map.is_none() && map_place.at.is_none();
+    let RenderArgs { world, camera, look, map, map_place, path, .. } = args;
+    let WorldArgs { name, light, land, exaggeration, water, .. } = world;
+    let is_placed = look.look_at.is_none() && map.is_none() && map_place.at.is_none();
+    let is_seen = camera.is_none() && is_placed && path.is_none();
     let is_lit = light.sun.is_none() && light.side_light.is_none() && light.date.is_none() && light.focus.is_none();
-    let is_there = name.is_none() && exaggeration.is_none() && land.sea_level.is_none() && land.trees.is_none();
+    let is_grown = land.sea_level.is_none() && land.trees.is_none() && land.seed.is_none() && water.water.is_none();
+    let is_there = name.is_none() && exaggeration.is_none() && is_grown;
     is_seen && is_lit && is_there && light.haze.is_none() && args.style.is_none() && args.set.is_empty()
 }
 

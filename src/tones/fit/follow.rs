@@ -16,7 +16,7 @@ pub(crate) const MOST_PER_S: f64 = 0.3;
 const MOST_OCTAVES_IN_FRAME: f64 = 0.02;
 const MOST_OCTAVES_PER_S: f64 = 0.6;
 /// The light is spread by no more than this factor: in flat land, differences that nobody sees would become tones.
-const MOST_SPREAD: f32 = 4.0;
+const MOST_SPREAD: f32 = 2.5;
 
 /// Moves `curve` by the `counts` of the frame.
 pub(super) fn run(recorder: &mut Recorder<'_>, toon: &Toon, follows: Follows, counts: &Buffer, curve: &Buffer) {
@@ -24,8 +24,8 @@ pub(super) fn run(recorder: &mut Recorder<'_>, toon: &Toon, follows: Follows, co
     let placed = toon.placed();
     let within = |in_frame: f64, per_s: f64| in_frame.min(per_s * step_s) as f32;
     let follow = Follow {
-        dark_share: toon.dark,
-        white_share: toon.white,
+        dark_share: toon.dark_share,
+        white_share: toon.white_share,
         least_span: (placed.high - placed.low) / MOST_SPREAD,
         part: (1.0 - (-step_s / SETTLES_S).exp()) as f32,
         most: within(MOST_IN_FRAME, MOST_PER_S),

@@ -21,6 +21,11 @@ use crate::gpu::{Gpu, GpuError, readback};
 use crate::scene::tone_curve::ToneCurve;
 use crate::style::{Style, Tone, Toon};
 
+/// Where the two tones of a curve are placed in a smooth tone: land as dark as the first is drawn as dark, and where it is as
+/// light as the second, marks end.
+const DARK: f32 = 0.25;
+const PAPER: f32 = 0.97;
+
 /// `ToneFit` is not a uniform, since passes already have three of these (`docs/decisions/software-drivers.md`).
 const FIT: BufferKind = BufferKind::storage("tone fit");
 const CURVE: BufferKind = BufferKind::storage("tone curve");
@@ -70,7 +75,7 @@ impl FitMemory {
         if let Some(curve) = self.given {
             return Some(FrameFit { curve: recorder.upload(&GIVEN, &[uniform_of(curve)]), follows: None });
         }
-        let begins = follows.begins || std::mem::take(&mut self.begins) || self.followed.is_none();
+        let begins = std::mem::take(&mut self.begins) || follows.begins || self.followed.is_none();
         let curve =
             self.followed.get_or_insert_with(|| Buffer::with(recorder.gpu(), &CURVE, &[ToneCurveUniform::default()]));
         Some(FrameFit { curve: curve.clone(), follows: Some(Follows { begins, ..follows }) })
@@ -115,11 +120,11 @@ impl Toon {
         [("tone_curve", curve.binding()), ("tone_fit", recorder.upload(&FIT, &[fit]).binding())]
     }
 
-    /// Returns where the two tones of a curve are placed: at the ends of a smooth tone, and at the inner ends of the first
-    /// and the last step of a stepped one.
+    /// Returns where the two tones of a curve are placed: near the ends of a smooth tone, whose darkest and lightest land keeps
+    /// its form, and at the inner ends of the first and the last step of a stepped one.
     fn placed(&self) -> ToneFit {
         let (low, high) = match self.steps {
-            0 => (0.0, 1.0),
+            0 => (DARK, PAPER),
             // The last step of two begins where the first one ends.
             2 => (0.5, 1.0),
             steps => (1.0 / steps as f32, 1.0 - 1.0 / steps as f32),

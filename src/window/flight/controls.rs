@@ -311,7 +311,7 @@ impl Flight {
     pub(super) fn take_screenshot(&mut self) {
         let mut shot = self.shot();
         // The picture has the tones of the window, which follow the flight.
-        let renderer = self.renderer.as_ref().filter(|_| shot.imprint.style.fits_tones());
+        let renderer = self.renderer.as_ref().filter(|_| shot.imprint.style.fits_tones() && self.shows_chosen_style());
         let curve = renderer.and_then(|renderer| renderer.tone_curve(&self.gpu).ok().flatten());
         shot.imprint.more.tone_curve = curve.map(|curve| curve.to_string());
         if !self.pictures.take(shot) {
