@@ -23,6 +23,9 @@ impl ToneCurve {
     /// Returns the mean of two curves with the weights `1 - part` and `part`.
     #[must_use]
     pub(crate) fn mixed(self, other: Self, part: f32) -> Self {
+        if self == other {
+            return self;
+        }
         let mix = |a: f32, b: f32| a + (b - a) * part;
         Self {
             dark: mix(self.dark, other.dark),
