@@ -17,7 +17,7 @@ const CRESTS: f32 = 0.8;
 const HALF_AT: f64 = 0.15;
 
 fn style(crests: f32, level_deg: f32) -> Style {
-    let mut style = Style::load("cartoon").unwrap().without(&["water", "strokes", "lines"]);
+    let mut style = crate::tests::common::absolute("cartoon").without(&["water", "strokes", "lines"]);
     (style.light.crests, style.light.crests_px, style.light.level_deg) = (crests, 3.0, level_deg);
     let Tone::Toon(toon) = &mut style.tone else { unreachable!("the style cartoon has toon shading") };
     toon.steps = 0;
