@@ -309,11 +309,7 @@ impl Flight {
 
     /// Requests a picture of what is shown, at the window's full resolution; it is drawn in the background.
     pub(super) fn take_screenshot(&mut self) {
-        let mut shot = self.shot();
-        // The picture has the tones of the window, which follow the flight.
-        let renderer = self.renderer.as_ref().filter(|_| shot.imprint.style.fits_tones() && self.shows_chosen_style());
-        let curve = renderer.and_then(|renderer| renderer.tone_curve(&self.gpu).ok().flatten());
-        shot.imprint.more.tone_curve = curve.map(|curve| curve.to_string());
+        let shot = self.shot();
         if !self.pictures.take(shot) {
             self.say(About::File, "Several pictures are being drawn; press F12 again later".to_owned(), TOAST);
         }
