@@ -1,5 +1,5 @@
-// The curve that fits tones to the picture: it sets how light land must be to be left as paper, and how dark to be
-// drawn with all ink, and makes near land lighter.
+// The curve that fits tones to the picture: it sets which tone of the light is left as paper and which is drawn dark,
+// and makes near land lighter.
 #define_import_path hachure::tone_curve
 
 struct ToneCurve {

@@ -47,7 +47,7 @@ impl Tones {
         self.settles_s > 0.0
     }
 
-    /// Lets the next frame measure its curve anew.
+    /// Lets the next frame measure its curve without regard to the last one.
     pub(super) fn forget(&mut self) {
         self.memory.forget();
     }

@@ -260,8 +260,8 @@ impl Job<'_> {
         Ok(total)
     }
 
-    /// Returns the curves that fit the tones to the pictures that are `drawn`, those of `--tone-curve` or measured ones; none if the style does
-    /// not fit its tones.
+    /// Returns the curves that fit the tones to the pictures `drawn`: that of `--tone-curve`, or measured ones. There are
+    /// none if the style does not fit its tones.
     fn film_curves(&mut self, cameras: &[Camera], drawn: Range<u64>, start_s: f64) -> anyhow::Result<FilmCurves> {
         if !self.style.fits_tones() {
             return Ok(FilmCurves::default());

@@ -9,8 +9,8 @@ use crate::style::Toon;
 /// Time in which the curve goes 63 % of the way, in seconds.
 const SETTLES_S: f64 = 1.2;
 /// Largest change of a tone in a frame, and in a second.
-pub(crate) const MOST_IN_FRAME: f64 = 0.012;
-pub(crate) const MOST_PER_S: f64 = 0.3;
+const MOST_IN_FRAME: f64 = 0.012;
+const MOST_PER_S: f64 = 0.3;
 /// Largest change of the middle distance in a frame, and in a second, in octaves: a tone changes by 0.006 at most, because
 /// land loses a third of its darkness within 1.75 octaves.
 const MOST_OCTAVES_IN_FRAME: f64 = 0.02;

@@ -1,5 +1,5 @@
-//! Fits the tones of a style to the picture: the lightest part of the land in view becomes paper, the darkest part full
-//! dark, as a draughtsman spreads the tones of a gentle or a steep land over the same sheet; and near land is lighter.
+//! Fits the tones of a style to the picture: the lightest part of the land in view becomes paper, and the darkest part is
+//! drawn dark, as a draughtsman spreads the tones of gentle or steep land over the same sheet. Near land becomes lighter.
 //!
 //! [`measure`] counts the tones of the light on the land in view, and [`follow`] moves the curve toward the one that fits
 //! them. All eyes have the curve of the leading one. A picture that is drawn in parts gets its curve from a small picture
@@ -21,8 +21,8 @@ use crate::gpu::{Gpu, GpuError, readback};
 use crate::scene::tone_curve::ToneCurve;
 use crate::style::{Style, Tone, Toon};
 
-/// Where the two tones of a curve are placed in a smooth tone: land as dark as the first is drawn as dark, and where it is as
-/// light as the second, marks end.
+/// The values that the two tones of a curve get in a smooth tone, from 0 (the darkest tone of the style) to 1 (the
+/// lightest). At the second one, marks end.
 const DARK: f32 = 0.25;
 const PAPER: f32 = 0.97;
 
@@ -39,7 +39,7 @@ pub(crate) struct FitMemory {
     pub given: Option<ToneCurve>,
     /// The curve of the last frame.
     followed: Option<Buffer>,
-    /// Whether the next frame begins anew.
+    /// Whether the next frame measures its curve without regard to the last one.
     begins: bool,
 }
 
@@ -54,14 +54,14 @@ pub(crate) struct FrameFit {
 /// How the curve of a frame continues that of the last frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Follows {
-    /// Whether it begins anew, at the curve that fits the frame.
+    /// Whether it is the curve that fits the frame, without regard to the last one.
     pub begins: bool,
     /// Time since the last frame, in seconds.
     pub step_s: f64,
 }
 
 impl FitMemory {
-    /// Lets the next frame begin anew.
+    /// Lets the next frame measure its curve without regard to the last one.
     pub(crate) fn forget(&mut self) {
         self.begins = true;
     }
@@ -120,8 +120,8 @@ impl Toon {
         [("tone_curve", curve.binding()), ("tone_fit", recorder.upload(&FIT, &[fit]).binding())]
     }
 
-    /// Returns where the two tones of a curve are placed: near the ends of a smooth tone, whose darkest and lightest land keeps
-    /// its form, and at the inner ends of the first and the last step of a stepped one.
+    /// Returns the values that the two tones of a curve get. In a smooth tone they are near the ends, so that the darkest
+    /// and the lightest land keep their form; in a stepped one, the inner ends of the first and the last step.
     fn placed(&self) -> ToneFit {
         let (low, high) = match self.steps {
             0 => (DARK, PAPER),
