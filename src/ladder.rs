@@ -356,20 +356,20 @@ mod tests {
         Front {
             style: style.to_owned(),
             points: points.iter().map(point).collect(),
-            ..Front::parse("ink", FRONTS[0].1).unwrap()
+            ..Front::parse("lsa", FRONTS[0].1).unwrap()
         }
     }
 
     #[test]
     fn a_level_is_a_point_of_the_front() {
         let mut ladder = Ladder::default();
-        ladder.follow("ink", Quality::Level(Level::Draft));
+        ladder.follow("lsa", Quality::Level(Level::Draft));
         assert!(!ladder.is_governed());
         let scale = ladder.setting().unwrap().scale.unwrap();
         assert!(scale < 1.0);
-        let ink = style("ink");
+        let ink = style("lsa");
         let drawn = ladder.applied(&ink, scale).into_owned();
-        assert!(drawn != ink && drawn.name == "ink");
+        assert!(drawn != ink && drawn.name == "lsa");
         // A value that the front leaves as the style has it is not given up, and neither is a resolution that the user
         // has set lower.
         let lod_error_px = ladder.setting().unwrap().lod_error_px.unwrap();
@@ -380,7 +380,7 @@ mod tests {
         ladder.follow("plain", Quality::Level(Level::Draft));
         assert!(ladder.setting().is_none() && ladder.words(1.0, 1.0).unwrap().contains("no measured levels"));
         assert_eq!(*ladder.applied(&style("plain"), 1.0), style("plain"));
-        ladder.follow("ink", Quality::AsSet);
+        ladder.follow("lsa", Quality::AsSet);
         assert!(ladder.setting().is_none() && ladder.words(1.0, 1.0).is_none());
     }
 
@@ -396,7 +396,7 @@ mod tests {
 
     #[test]
     fn a_budget_moves_along_the_front_and_back() {
-        for name in ["ink", "pencil"] {
+        for name in ["lsa", "pencil"] {
             let (mut ladder, mut now_s) = (Ladder::default(), 0.0);
             ladder.follow(name, Quality::Budget(10.0));
             assert!(ladder.given_up(1.0, 1.0).is_none(), "it begins with the style as it is");

@@ -87,7 +87,11 @@ fn a_map_with_a_title_is_the_map_above_it() {
 fn a_title_is_drawn_again_by_like() {
     let folder = place();
     let folder = folder.path();
-    draw(folder, "hill.asc --size 320x240 --camera=0,-1600,+300,4,-9,50 --style pen --set tone.fit=false --dpi 120 -o a.png", "Hügel – 1");
+    draw(
+        folder,
+        "hill.asc --size 320x240 --camera=0,-1600,+300,4,-9,50 --style pen --set tone.fit=false --dpi 120 -o a.png",
+        "Hügel – 1",
+    );
     let text = imprint::read(&folder.join("a.png")).unwrap();
     assert!(text.starts_with("version = 3\n") && text.contains("title = \"Hügel – 1\""), "{text}");
     program::draw(folder, "--like a.png -o b.png");

@@ -26,7 +26,7 @@ struct Sample {
     held_px: vec2<f32>,
     // Length of the sample's chain, in pixels.
     length_px: f32,
-    // Rank where strokes are crowded, 0 to 1; the highest stay.
+    // Rank where strokes are crowded, 0 to 1; the highest stay. Skylines have more than 1, and 2 at most.
     rank: f32,
 }
 

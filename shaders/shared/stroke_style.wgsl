@@ -11,7 +11,8 @@ struct Point {
     chain: u32,
     // Kind of the edge that begins here.
     kind: u32,
-    padding: u32,
+    // 1: an end of a chain at which another line goes on, so that the pen is not lifted (budget.wgsl).
+    is_met: u32,
 }
 
 struct Strokes {
@@ -27,10 +28,12 @@ struct Strokes {
     faintest: f32,
     // How much the width grows toward the eye, 0 to 1.
     depth_width: f32,
-    // How much thinner strokes are where the step in depth behind them is small, 0 to 1.
-    step_width: f32,
-    // Length below which strokes are left out.
+    // Widths relative to that of skylines: of strokes that hide land, and of those within a slope.
+    occluding_width: f32,
+    interior_width: f32,
+    // Length below which strokes are left out, and the same for strokes within a slope.
     shortest_px: f32,
+    shortest_interior_px: f32,
     // How much wider strokes are at bends; negative makes them thinner.
     curve_width: f32,
     // How far strokes stray from their line.

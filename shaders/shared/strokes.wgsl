@@ -14,7 +14,7 @@ struct Segment {
     b: vec2<i32>,
     // Distances along the view axis at a and b, in metres.
     depths_m: vec2<f32>,
-    // Number of its edge in the edge list.
+    // Number of its edge in the edge list, or NO_EDGE.
     edge: u32,
     // Identifies the segment across frames; several segments may share it.
     key: u32,
@@ -91,6 +91,8 @@ const CELL_ROW: u32 = 0x9e3779b1u;
 
 // Marks the absence of an end or a segment.
 const NONE: u32 = 0xffffffffu;
+// The edge of a segment that was found on the picture: an outline of the land (outlines.wgsl).
+const NO_EDGE: u32 = 0xffffffffu;
 const LIMIT_UNITS: i32 = 0x200000;
 
 fn end_position(segment: Segment, end: u32) -> vec2<i32> {

@@ -152,35 +152,35 @@ mod tests {
     #[test]
     fn a_front_must_be_that_of_the_style() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("front-ink.toml");
-        let text = "style = \"ink\"\nadapter = \"\"\nsize = [1, 1]\ncost = \"GPU ms\"\n[[points]]\nlevels = [\"draft\"]\n\
+        let path = folder.path().join("front-lsa.toml");
+        let text = "style = \"lsa\"\nadapter = \"\"\nsize = [1, 1]\ncost = \"GPU ms\"\n[[points]]\nlevels = [\"draft\"]\n\
                     cost = 1.0\ncost_ratio = 0.5\nerrors = { tone_error_percent = 1.0 }\nset = { lod-error = \"4\", scale = \"0.5\", \
                     \"lines.halved\" = \"true\" }\n";
         atomic::write(&path, text.as_bytes()).unwrap();
         let args = |level| QualityArgs { quality: Some(level), fronts: vec![path.clone()] };
-        let setting = args(Level::Draft).setting("ink", Use::Frames).unwrap().unwrap();
+        let setting = args(Level::Draft).setting("lsa", Use::Frames).unwrap().unwrap();
         assert_eq!((setting.lod_error_px, setting.scale, setting.antialias), (Some(4.0), Some(0.5), None));
         assert_eq!(setting.values[0].to_string(), "lines.halved=true");
         for (level, style, cause) in [
             (Level::Draft, "pen", "measured for the style"),
-            (Level::Exact, "ink", "none of its points has the level exact"),
+            (Level::Exact, "lsa", "none of its points has the level exact"),
         ] {
             let error = args(level).setting(style, Use::Frames).unwrap_err().to_string();
-            assert!(error.contains(cause) && error.contains("front-ink.toml"), "{error}");
+            assert!(error.contains(cause) && error.contains("front-lsa.toml"), "{error}");
         }
         atomic::write(&path, text.replace("\"4\"", "\"-4\"").as_bytes()).unwrap();
-        let error = args(Level::Draft).setting("ink", Use::Frames).unwrap_err().to_string();
+        let error = args(Level::Draft).setting("lsa", Use::Frames).unwrap_err().to_string();
         assert!(error.contains("point 1: lod-error=-4"), "{error}");
         // A value that the style cannot have is a mistake in the file.
         atomic::write(&path, text.replace("halved", "halvd").as_bytes()).unwrap();
-        let error = args(Level::Draft).setting("ink", Use::Frames).unwrap_err().to_string();
-        assert!(error.contains("front-ink.toml") && error.contains("lines.halvd"), "{error}");
+        let error = args(Level::Draft).setting("lsa", Use::Frames).unwrap_err().to_string();
+        assert!(error.contains("front-lsa.toml") && error.contains("lines.halvd"), "{error}");
         // Without --quality there is no setting, and without a front an error that says how to measure one.
-        assert_eq!(QualityArgs::default().setting("ink", Use::Frames).unwrap(), None);
+        assert_eq!(QualityArgs::default().setting("lsa", Use::Frames).unwrap(), None);
         let unused = QualityArgs { quality: None, fronts: vec![path.clone()] };
         assert!(
-            unused.setting("ink", Use::Frames).unwrap_err().is::<Misuse>()
-                && unused.setting("ink", Use::Governor).unwrap().is_none()
+            unused.setting("lsa", Use::Frames).unwrap_err().is::<Misuse>()
+                && unused.setting("lsa", Use::Governor).unwrap().is_none()
         );
         let none = QualityArgs { quality: Some(Level::Draft), fronts: Vec::new() };
         let none = none.setting("plain", Use::Frames).unwrap_err();
@@ -189,17 +189,17 @@ mod tests {
         // Each of several fronts serves its own style; two of one style leave open which one counts.
         let other = folder.path().join("front-lsa-base.toml");
         atomic::write(&path, text.as_bytes()).unwrap();
-        atomic::write(&other, text.replace("\"ink\"", "\"lsa-base\"").replace("\"0.5\"", "\"0.25\"").as_bytes())
+        atomic::write(&other, text.replace("\"lsa\"", "\"lsa-base\"").replace("\"0.5\"", "\"0.25\"").as_bytes())
             .unwrap();
         let scale = |fronts: &[&PathBuf], style: &str| {
             let fronts = fronts.iter().map(|path| (*path).clone()).collect();
             let args = QualityArgs { quality: Some(Level::Draft), fronts };
             args.setting(style, Use::Frames).map(|setting| setting.unwrap().scale)
         };
-        assert_eq!(scale(&[&path, &other], "ink").unwrap(), Some(0.5));
+        assert_eq!(scale(&[&path, &other], "lsa").unwrap(), Some(0.5));
         assert_eq!(scale(&[&path, &other], "lsa-base").unwrap(), Some(0.25));
         assert!(
-            scale(&[&path, &path], "ink").unwrap_err().to_string().contains("was measured for the style \"ink\", as")
+            scale(&[&path, &path], "lsa").unwrap_err().to_string().contains("was measured for the style \"lsa\", as")
         );
     }
 }

@@ -232,6 +232,8 @@ fn see(
                 view: &view,
                 still_view: &still_view,
                 depth,
+                surface_id,
+                has_holes: mesh.has_holes(),
                 edges,
                 targets,
                 resolution,

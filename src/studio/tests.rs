@@ -264,7 +264,7 @@ fn a_default_is_restored_and_comments_stay() {
     assert_eq!(document.style().strokes().unwrap().taper_px, 0.0);
     // A required parameter has no default.
     let error = document.restore("strokes.width_px").unwrap_err().to_string();
-    assert!(error.contains("width_px") && document.style().strokes().unwrap().width_px == 2.2, "{error}");
+    assert!(error.contains("width_px") && document.style().strokes().unwrap().width_px == 2.8, "{error}");
     // A parameter that is not given already has its default.
     let before = document.text().to_owned();
     document.restore("paper.margin_px").unwrap();

@@ -36,7 +36,7 @@ impl Family {
     fn presets(self) -> &'static [&'static str] {
         match self {
             Self::Own => &[],
-            Self::Line => &["ink", "strokes", "pen", "brush", "pencil-lines", "suggestive", "tone-lines"],
+            Self::Line => &["ink", "pen", "brush", "pencil-lines", "suggestive", "tone-lines"],
             Self::Hatching => &[
                 "crosshatch",
                 "crosshatch-curvature",
@@ -51,7 +51,7 @@ impl Family {
             Self::Color => {
                 &["wash", "hokusai", "night", "orange", "orange-curvature", "cartoon", "green", "green-curvature"]
             }
-            Self::Baseline => &["plain", "lsa-base", "lsa-full", "sobel", "roystan"],
+            Self::Baseline => &["plain", "strokes", "lsa", "lsa-base", "lsa-full", "sobel", "roystan"],
         }
     }
 

@@ -49,6 +49,7 @@ pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 const PRESETS: &[(&str, &str)] = &[
     ("plain", include_str!("presets/plain.toml")),
     ("ink", include_str!("presets/ink.toml")),
+    ("lsa", include_str!("presets/lsa.toml")),
     ("sobel", include_str!("presets/sobel.toml")),
     ("strokes", include_str!("presets/strokes.toml")),
     ("roystan", include_str!("presets/roystan.toml")),

@@ -113,7 +113,7 @@ mod tests {
     #[test]
     fn what_stays_in_pixels_is_reported() {
         let reported = |name: &str| Style::load(name).unwrap().unscaled();
-        assert!(reported("ink").unwrap().starts_with("detected lines"), "{:?}", reported("ink"));
+        assert!(reported("lsa").unwrap().starts_with("detected lines"), "{:?}", reported("lsa"));
         let mut bare = Style::load("strokes").unwrap();
         bare.paper.grain = 0.0;
         assert_eq!(bare.unscaled(), None);

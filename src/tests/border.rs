@@ -61,7 +61,7 @@ fn wrong(drawn: &[[f64; 4]], bare: &[[f64; 4]], paper: &Paper) -> usize {
 #[test]
 fn the_border_lies_where_it_is_asked_to() {
     let Some((_, mut world)) = shapes::hill() else { return };
-    for name in ["ink", "strokes"] {
+    for name in ["lsa", "strokes"] {
         for antialias in [Antialias::None, Antialias::Temporal] {
             let style = Style { paper: paper(), ..Style::load(name).unwrap() };
             let mut bare = style.clone();

@@ -77,7 +77,7 @@ fn drawn(world: &mut World, renderer: &mut Renderer, name: &str, crowd: f32, ahe
 #[test]
 fn no_cell_holds_more_ink_than_the_cap() {
     let Some(mut world) = world() else { return };
-    for (name, cap) in [("ink", 0.09), ("roystan", 0.09), ("strokes", 0.06)] {
+    for (name, cap) in [("lsa", 0.09), ("roystan", 0.09), ("strokes", 0.06)] {
         let mut over = |crowd: f32| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
             let means = cells(&drawn(&mut world, &mut renderer, name, crowd, 0.0));
@@ -111,14 +111,14 @@ fn every_preset_with_lines_has_a_cap() {
         assert!(!lacks(&Style::load(name).unwrap()), "{name} has no limit on crowded lines");
     }
     // Planted error: presets without a limit.
-    assert!(lacks(&common::all_lines("ink")) && lacks(&common::all_lines("wash")));
+    assert!(lacks(&common::all_lines("lsa")) && lacks(&common::all_lines("wash")));
 }
 
 #[test]
 fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
     let Some(mut world) = world() else { return };
     let pose = world.pose(RANGES);
-    for (name, cap) in [("ink", 0.09), ("strokes", 0.06), ("wash", 0.05)] {
+    for (name, cap) in [("lsa", 0.09), ("strokes", 0.06), ("wash", 0.05)] {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let nearest = nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, &capped(name, 1.0)).unwrap();
         for ipd_m in [IPD_M, nearest.unwrap() * HYPERSTEREO] {
@@ -147,7 +147,7 @@ fn thinned_lines_flicker_no_more_than_all_of_them() {
     let mut flicker = |crowds: [f32; 2]| {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let frames: Vec<Vec<f64>> = (0..8_u8)
-            .map(|i| drawn(&mut world, &mut renderer, "ink", crowds[usize::from(i % 2)], 1.5 * f64::from(i)))
+            .map(|i| drawn(&mut world, &mut renderer, "lsa", crowds[usize::from(i % 2)], 1.5 * f64::from(i)))
             .collect();
         let ink: f64 = frames.iter().flatten().sum();
         let change = |pair: &[Vec<f64>]| pair[0].iter().zip(&pair[1]).map(|(a, b)| (a - b).abs()).sum::<f64>();

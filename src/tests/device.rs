@@ -34,7 +34,7 @@ fn compiled(world: &mut World, names: &[&str]) -> u64 {
 #[test]
 fn renderers_share_pipelines() {
     let Some(mut world) = World::on_own_device(Hill::square(321, 10.0).1, 1.0) else { return };
-    let names = ["ink", "crosshatch", "wash"];
+    let names = ["lsa", "crosshatch", "wash"];
     let first = compiled(&mut world, &names);
     assert_eq!(first, world.gpu.pipelines().builds());
     // Other renderers of the same device compile nothing.
@@ -103,7 +103,7 @@ fn an_edit_of_a_value_restarts_nothing() {
     let mut style = Style::load("charcoal").unwrap();
     let strokes = style.strokes_mut().unwrap();
     (strokes.shortest_px, strokes.width_px, strokes.taper_px, strokes.crowd) = (4.0, 2.0, 4.0, 1.0);
-    style.set_lines(Style::load("ink").unwrap().lines().cloned());
+    style.set_lines(Style::load("lsa").unwrap().lines().cloned());
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_antialias(Antialias::Temporal);
     let mut running = Edited { world: &mut world, renderer };
@@ -147,7 +147,7 @@ fn an_edit_of_a_value_restarts_nothing() {
 fn an_edited_color_leaves_no_trace_in_the_temporal_mean() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     let on_paper = |color: &str| {
-        let mut style = Style::load("ink").unwrap();
+        let mut style = Style::load("lsa").unwrap();
         (style.paper.color, style.paper.grain) = (color.parse().unwrap(), 0.0);
         style
     };

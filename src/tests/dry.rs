@@ -17,8 +17,8 @@ const CAMERA: &str = "0,-900,+250,0,-12,60";
 
 /// Returns a style with water and lines by curvature, which water has not.
 fn style() -> Style {
-    let text = hachure::style::preset_text("ink").unwrap();
-    Style::parse("ink", &text.replace("detector = \"lsa\"", "detector = \"curvature\"")).unwrap()
+    let text = hachure::style::preset_text("lsa").unwrap();
+    Style::parse("lsa", &text.replace("detector = \"lsa\"", "detector = \"curvature\"")).unwrap()
 }
 
 /// Returns a slope with a hollow, whose bottom is level if it has a lake.

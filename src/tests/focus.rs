@@ -118,7 +118,7 @@ fn judged(without: &Drawn, with: &Drawn, place_m: DVec2) -> [f64; 2] {
 #[test]
 fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_elsewhere() {
     let Some(mut world) = world() else { return };
-    let names = ["ink", "strokes", "crosshatch", "wash", "hachures", "stipple", "cartoon"];
+    let names = ["lsa", "strokes", "crosshatch", "wash", "hachures", "stipple", "cartoon"];
     for name in names.into_iter().take(if common::full() { 7 } else { 4 }) {
         // Terraces of this land are as level as lakes.
         let style = common::absolute(name).without(&["water"]);

@@ -351,7 +351,7 @@ fn colours_change_no_tone_and_nothing_else() {
             "{name}: local colours should be {says_so}"
         );
     }
-    let ink = Style::load("ink").unwrap();
+    let ink = Style::load("lsa").unwrap();
     let mut one = Renderer::new(&world.gpu).unwrap();
     assert!(frame_of(&mut world, &mut one, &Style::load("wash").unwrap()).3);
     let after = frame_of(&mut world, &mut one, &ink);

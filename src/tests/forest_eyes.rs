@@ -40,7 +40,7 @@ fn both_eyes_see_the_same_trees_and_draw_the_same_of_them() {
     let Some(mut world) = wooded() else { return };
     let view = still(world.pose(CAMERA), SIZE_PX);
     let rig = Pair { ipd_m: 0.5, convergence_m: None }.rig(&view);
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     draw_rig(&mut world, &mut renderer, &rig, &style);
     let seen = |eye: usize| {
@@ -92,7 +92,7 @@ fn both_eyes_see_the_same_trees_and_draw_the_same_of_them() {
 fn a_pair_without_distance_is_one_eye() {
     let Some(mut world) = wooded() else { return };
     let view = still(world.pose(CAMERA), SIZE_PX);
-    for name in ["ink", "wash", "crosshatch"] {
+    for name in ["lsa", "wash", "crosshatch"] {
         let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         draw_rig(&mut world, &mut renderer, &Rig::mono(view), &style);
@@ -118,7 +118,7 @@ fn a_pair_without_distance_is_one_eye() {
 #[test]
 fn a_forest_at_rest_becomes_still() {
     let Some(mut world) = wooded() else { return };
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_antialias(Antialias::Temporal);
     let pose = world.pose(CAMERA);

@@ -58,7 +58,7 @@ fn ink_of_a_forest_does_not_depend_on_its_distance() {
     forest.species = Species::mixed(20.0);
     let distances_m = [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0, 20_000.0];
     // In the fast tier one style each of lines, strokes and marks.
-    let names = ["ink", "strokes", "stipple", "crosshatch", "hachures", "pencil"];
+    let names = ["lsa", "strokes", "stipple", "crosshatch", "hachures", "pencil"];
     let names = names.into_iter().take(if common::full() { 6 } else { 3 });
     let styles: Vec<(&str, Style)> = names
         .map(|name| {

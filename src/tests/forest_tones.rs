@@ -198,7 +198,7 @@ fn shadows_are_made_where_they_are_asked_for() {
     };
     assert_eq!(shaded(&mut world, "crosshatch", &sun(-5.0, 250.0)), Some(0));
     assert!(shaded(&mut world, "crosshatch", &sun(30.0, 250.0)).unwrap() > 500);
-    assert_eq!(shaded(&mut world, "ink", &sun(30.0, 250.0)), None);
+    assert_eq!(shaded(&mut world, "lsa", &sun(30.0, 250.0)), None);
 }
 
 /// Tests that the marks of a tree are on one plane, which faces the eye and passes through its body.

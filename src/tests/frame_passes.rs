@@ -121,7 +121,7 @@ fn traces() -> Option<Traces> {
         let last = drawing(&mut world, &mut renderer, &style, [next, turned]);
         [first, then, last].iter().for_each(|trace| traces.add(name, trace));
     }
-    for name in ["ink", "pencil"] {
+    for name in ["lsa", "pencil"] {
         let style = Style::load(name).unwrap();
         let rig = Pair { ipd_m: 1.0, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
         let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -130,13 +130,13 @@ fn traces() -> Option<Traces> {
         renderer.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, &style, &north_west()).unwrap();
         traces.add("pairs of eyes", renderer.trace());
     }
-    for name in ["ink", "pen"] {
+    for name in ["lsa", "pen"] {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         renderer.set_antialias(Antialias::Temporal);
         let trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         traces.add("temporal anti-aliasing", &trace);
     }
-    let mut style = Style::load("ink").unwrap();
+    let mut style = Style::load("lsa").unwrap();
     style.lines_mut().unwrap().detector = Detector::Curvature;
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
@@ -200,7 +200,7 @@ fn traces() -> Option<Traces> {
     let is_hole = |i: usize| (200..260).contains(&(i % 321)) && (200..260).contains(&(i / 321));
     grid.heights_m.iter_mut().enumerate().filter(|(i, _)| is_hole(*i)).for_each(|(_, height_m)| *height_m = f32::NAN);
     let mut world = World::new(grid, 1.0)?;
-    for name in ["ink", "pen"] {
+    for name in ["lsa", "pen"] {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let trace = drawing(&mut world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
         traces.add("land with holes", &trace);
@@ -241,7 +241,7 @@ fn the_table_is_that_of_the_frames() {
         writes: Vec::new(),
     };
     for name in ["surface/land/resolve", "surface/none"] {
-        traces.add("ink", &[planted(name)]);
+        traces.add("lsa", &[planted(name)]);
         assert!(traces.table() != table, "a change of {name} does not change the table");
     }
 }

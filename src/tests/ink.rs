@@ -71,7 +71,7 @@ fn max_ink(grey: &[f64]) -> f64 {
 fn no_part_of_a_drawing_is_mush() {
     for (file, camera) in VIEWS {
         let Some(mut world) = World::real(file, 1.0) else { continue };
-        let ink = Style::load("ink").unwrap();
+        let ink = Style::load("lsa").unwrap();
         let drawn = grey(&mut world, &ink, camera);
         let (most, darkest) = (max_ink(&drawn), drawn.iter().copied().fold(1.0, f64::min));
         println!("{file}: most ink {most:.3}, darkest pixel {darkest:.3}");
@@ -81,7 +81,7 @@ fn no_part_of_a_drawing_is_mush() {
         assert!(darkest < 0.25, "{file}: darkest pixel {darkest}");
 
         // Planted error: no filter, no cap of crowded lines, no fading with distance.
-        let text = preset_text("ink").unwrap();
+        let text = preset_text("lsa").unwrap();
         let raw = [("density = 2.0", "density = 0.0"), ("crowd = 0.09\n", ""), ("faintest = 0.12", "faintest = 1.0")]
             .into_iter()
             .fold(text.to_owned(), |text, (from, to)| {
@@ -122,7 +122,7 @@ fn quickest_ms(world: &mut World, styles: &[Style], camera: &str, size_px: [u32;
 fn costs_stay_in_proportion() {
     let grid = common::grid_of(513, 513, 20.0, common::rough_height_m);
     let Some(mut world) = World::new(grid, 1.0) else { return };
-    let styles = ["plain", "ink", "sobel"].map(|name| Style::load(name).unwrap());
+    let styles = ["plain", "lsa", "sobel"].map(|name| Style::load(name).unwrap());
     let times = quickest_ms(&mut world, &styles, "0,-4500,+400,0,-8,50", [1280, 720]);
     let of = |style: usize, pass: &str| times[style].iter().find(|(name, _)| name == pass).unwrap().1;
     let lines = of(1, "lines/lsa") / of(2, "lines/sobel");

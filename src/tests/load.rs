@@ -191,7 +191,7 @@ const TIGHT: u64 = 20 * SLOT_BYTES;
 fn too_little_memory_gives_one_coarser_picture() {
     let folder = tempfile::tempdir().unwrap();
     let land = measured(folder.path());
-    let Some(mut easel) = Easel::new("ink") else { return };
+    let Some(mut easel) = Easel::new("lsa") else { return };
     // In each view, different tiles are loaded by chance when the error is raised.
     let (views, orders) = if common::full() { (&[0, 1, 2, 3][..], 4) } else { (&[0, 3][..], 2) };
     let of_view = |i: &usize| differing_orders(&mut easel, &land, TIGHT, &FLIGHT[*i..=*i], orders);

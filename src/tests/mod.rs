@@ -11,6 +11,7 @@ mod helpers;
 mod antialias;
 mod aov;
 mod border;
+mod chosen_lines;
 mod chain;
 mod coherence;
 mod continent;

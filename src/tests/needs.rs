@@ -358,7 +358,7 @@ fn a_style_without_a_part_needs_nothing_of_it() {
     let (mut seen, mut wrong) = (BTreeMap::new(), Vec::new());
     for preset in style::names() {
         // The fast tier removes what the first presets have; the long one each part from up to three presets.
-        let is_first = ["plain", "ink", "strokes"].contains(&preset);
+        let is_first = ["plain", "lsa", "strokes"].contains(&preset);
         let mut is_wanted = |key: &str| {
             let owns = PARTS.iter().any(|(known, owned)| *known == key && !owned.is_empty());
             let presets = seen.get(key).copied().unwrap_or(0);

@@ -247,7 +247,7 @@ fn halves_of_one(gpu: &hachure::gpu::Gpu, target: &hachure::gpu::target::Target)
 fn no_other_line_follows_a_rim() {
     let Some(mut world) = world_with(None) else { return };
     let Some(mut pit) = world_with(Some(-250.0)) else { return };
-    for (name, kind) in [("ink", &RIMLESS), ("sobel", &RIMLESS), ("roystan", &RIMLESS), ("strokes", &INK)] {
+    for (name, kind) in [("lsa", &RIMLESS), ("sobel", &RIMLESS), ("roystan", &RIMLESS), ("strokes", &INK)] {
         let style = style(name, |_| {});
         let [along, inside] = lines_along(&mut world, &style, kind);
         // Planted: the lines before those along rims are removed, or the strokes of a pit that is land.
@@ -280,7 +280,7 @@ fn a_ridge_before_a_hole_keeps_its_line() {
     let (Some(mut whole), Some(mut holed)) = (whole, holed) else { return };
     // From here the near rim is just behind the crest.
     let pose = whole.pose("31,-1000,240,0,-14,50");
-    for name in ["ink", "sobel"] {
+    for name in ["lsa", "sobel"] {
         let style = Style::load(name).unwrap();
         let seen = |world: &mut World, kind: &TargetKind| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -313,7 +313,7 @@ fn a_ridge_before_a_hole_keeps_its_line() {
 #[test]
 fn land_without_holes_has_no_rim() {
     let Some(mut world) = world_with(Some(0.0)) else { return };
-    for name in ["ink", "pen"] {
+    for name in ["lsa", "pen"] {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let view = still(world.pose(ALONG), SIZE_PX);
         draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load(name).unwrap(), &NOON);
@@ -325,7 +325,7 @@ fn land_without_holes_has_no_rim() {
     let Some(mut world) = World::new(grid, 0.2) else { return };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(world.pose(ABOVE), SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load("ink").unwrap(), &NOON);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load("lsa").unwrap(), &NOON);
     assert!(renderer.target(&RIM).is_some());
 }
 

@@ -55,7 +55,7 @@ fn a_picture_at_rest_begins_again_when_the_sea_rises() {
     let slope = |x_m: f64, y_m: f64| 0.08 * y_m + 12.0 * (x_m / 300.0).sin();
     let Some(mut world) = World::new(grid_of(129, 129, 15.0, slope), 1.0) else { return };
     let view = still(world.pose("0,-800,+400,0,-25,60"), SIZE_PX);
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     // Returns the picture at rest.
     let rest = |world: &mut World, renderer: &mut Renderer| {
         renderer.set_antialias(Antialias::Temporal);

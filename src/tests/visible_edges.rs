@@ -14,7 +14,7 @@ use hachure::gpu::target::Target;
 use hachure::gpu::timer::Timer;
 use hachure::lines::strokes::id_image::{EDGE_DEPTH, EDGE_IDS};
 use hachure::lines::strokes::{
-    ChainRules, Lists, MAX_FRAME_SEGMENTS, Segment, StrokeCounts, chain, extract, id_image, image_px, points,
+    ChainRules, Lists, MAX_FRAME_SEGMENTS, Segment, StrokeCounts, chain, extract, id_image, image_px, outlines, points,
 };
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
@@ -136,6 +136,18 @@ impl Bench {
         resolution: f32,
         chains: bool,
     ) -> (StrokeCounts, Vec<Segment>) {
+        self.extracted(edges, depth, resolution, chains, None)
+    }
+
+    /// Returns the visible segments, and with `has_holes` also those of outlines without edges.
+    fn extracted(
+        &mut self,
+        edges: &[Edge],
+        depth: &Target,
+        resolution: f32,
+        chains: bool,
+        has_holes: Option<bool>,
+    ) -> (StrokeCounts, Vec<Segment>) {
         let mut style = Style::load("strokes").unwrap().strokes().cloned().unwrap();
         style.resolution = resolution;
         let view = self.view();
@@ -151,6 +163,10 @@ impl Bench {
         self.gpu.queue.write_buffer(&list.edges.raw, 0, bytemuck::cast_slice(edges));
         id_image::run(&mut recorder, list, &id_image::Inputs { view, depth, ids, edge_depth });
         extract::run(&mut recorder, lists, list, view, ids);
+        if let Some(has_holes) = has_holes {
+            let surface_id = &hachure::surface::id::only_land(&mut recorder);
+            outlines::run(&mut recorder, lists, &outlines::Inputs { view, depth, ids, surface_id, has_holes });
+        }
         if chains {
             let (rules, capacity) = (ChainRules::default(), MAX_FRAME_SEGMENTS);
             let inputs = chain::Inputs { rules, capacity, segments: &lists.segments, counts: &lists.counts };
@@ -328,4 +344,49 @@ fn time_grows_linearly_with_the_edges() {
     }
     // Every run includes a pass over the picture; beyond that, time must not grow faster than the number of edges.
     assert!(times_ms.windows(2).all(|pair| pair[1] < 15.0 * pair[0]), "{times_ms:?}");
+}
+
+/// The length of segments, in pixels.
+fn length_px(segments: &[Segment]) -> f64 {
+    let length = |own: &Segment| {
+        [0, 1].map(|i| f64::from(own.b[i] - own.a[i]) / 16.0).into_iter().map(|d| d * d).sum::<f64>().sqrt()
+    };
+    segments.iter().map(length).sum()
+}
+
+/// Tests that an outline without an edge is found on the picture, and not where it has one.
+#[test]
+fn outlines_without_edges_are_found_on_the_picture() {
+    let Some(mut bench) = Bench::new(SIZE_PX) else { return };
+    let block = [100, 60, 200, 120];
+    let mut outline =
+        |background_m: f32, distance_m: f32, edges: &[[[f32; 2]; 2]], resolution: f32, has_holes: bool| {
+            let depth = bench.depth(background_m, &[(block, distance_m)]);
+            let edges: Vec<Edge> = edges.iter().map(|[a, b]| bench.edge(*a, *b, distance_m)).collect();
+            let (counts, segments) = bench.extracted(&edges, &depth, resolution, false, Some(has_holes));
+            assert_eq!(counts.segments as usize, segments.len());
+            // Corners are cut by half a pixel.
+            let (found, own): (Vec<Segment>, Vec<Segment>) = segments.iter().partition(|own| own.edge == u32::MAX);
+            assert_eq!(own.len(), edges.len());
+            for own in &found {
+                let [x, y] = [0, 1].map(|i| f32::from(own.a[i] as i16) / 16.0);
+                let apart = [(x - 100.0).abs(), (x - 200.0).abs(), (y - 60.0).abs(), (y - 120.0).abs()];
+                assert!(apart.iter().any(|apart| *apart <= 0.5), "{x}, {y}");
+                assert!(own.depths_m.iter().all(|depth_m| (depth_m / distance_m - 1.0).abs() < 1e-3), "{own:?}");
+            }
+            length_px(&found)
+        };
+    let whole_px = 2.0 * (100.0 + 60.0);
+    for (background_m, resolution) in [(SKY, 1.0), (SKY, 0.5), (100.0, 1.0)] {
+        let found_px = outline(background_m, 50.0, &[], resolution, false);
+        assert!((found_px - whole_px).abs() < 4.0, "{background_m}, {resolution}: {found_px} px");
+    }
+    // An edge along the upper side leaves the other three.
+    let found_px = outline(SKY, 50.0, &[[[100.0, 60.2], [200.0, 60.2]]], 1.0, false);
+    assert!((found_px - (whole_px - 100.0)).abs() < 10.0, "{found_px} px");
+    // Planted: a step of 2 % is no outline, and neither is a hole through which one sees the sky below the horizon: the
+    // lower half of the block is there.
+    assert_eq!(outline(100.0, 98.0, &[], 1.0, false), 0.0);
+    let above_px = outline(SKY, 50.0, &[], 1.0, true);
+    assert!((above_px - (100.0 + 2.0 * 30.0)).abs() < 4.0, "{above_px} px");
 }

@@ -201,7 +201,7 @@ fn a_bench_writes_what_scripts_rely_on() {
         // The passes are those of the style, in order.
         let ran: Vec<_> = run["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap()).collect();
         assert_eq!((ran[0], ran[ran.len() - 1]), ("surface/land/vertices", "composite/composite"));
-        for (pass, of_ink) in [("lines/lsa", true), ("lines/smooth", true), ("tones/plain", false)] {
+        for (pass, of_ink) in [("lines/strokes/stroke", true), ("tones/toon", true), ("tones/plain", false)] {
             assert_eq!(ran.contains(&pass), of_ink == (name == "ink"), "{name}: {ran:?}");
         }
     }

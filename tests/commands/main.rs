@@ -220,7 +220,7 @@ fn styles_are_listed_shown_and_checked() {
         let file = file.unwrap().path();
         assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": valid"));
     }
-    let wrong = place.text(&["styles", "show", "ink"]).replace("ramp", "slope");
+    let wrong = place.text(&["styles", "show", "lsa"]).replace("ramp", "slope");
     assert!(place.error(&["styles", "check", place.file("wrong.toml", &wrong).to_str().unwrap()]).contains("slope"));
 
     // Unknown marks are reported before anything is drawn.

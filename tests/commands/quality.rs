@@ -10,7 +10,7 @@ fn a_front_is_measured_and_drawn_with() {
     let place = place_with_flight();
     let bench =
         ["bench", "dem.tif", "--path", "flight.csv", "--size", "160x90", "--frames", "2", "--steadiness-pairs", "0"];
-    let sweep = ["--sweep", "lod-error=0.5,64", "--sweep", "lines.halved=true,false", "-o", "trade"];
+    let sweep = ["--sweep", "lod-error=0.5,64", "--sweep", "strokes.resolution=0.5,1", "-o", "trade"];
     place.text(&[&bench[..], &sweep].concat());
     let text = std::fs::read_to_string(place.path("trade/front-ink.toml")).unwrap();
     let front: toml::Table = text.parse().unwrap();
@@ -26,7 +26,12 @@ fn a_front_is_measured_and_drawn_with() {
 
     // A picture of a quality is that of its values, and what is given wins.
     let camera = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "160x90"];
-    let by_hand = ["--lod-error", "64", "--set", &format!("lines.halved={}", value("draft", "lines.halved").unwrap())];
+    let by_hand = [
+        "--lod-error",
+        "64",
+        "--set",
+        &format!("strokes.resolution={}", value("draft", "strokes.resolution").unwrap()),
+    ];
     place.text(&[&camera[..], &by_hand, &["-o", "by_hand.png"]].concat());
     let draft = ["--quality", "draft", "--front", "trade/front-ink.toml"];
     place.text(&[&camera[..], &draft, &["-o", "draft.png"]].concat());

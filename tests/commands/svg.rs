@@ -145,7 +145,7 @@ fn wrong_options_are_one_line() {
         assert!(line.contains("out.svg") && line.contains(cause), "{size}: {line}");
     }
     for (arguments, name, cause) in [
-        (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
+        (&["-o", "out.svg", "--style", "lsa"][..], "out.svg", "the style lsa has none"),
         (&["-o", "out/%d.svg", "--style", "plain", "--path", "p.csv"], "out/%d.svg", "the style plain has none"),
         (&["-o", "out.png", "--margin", "4"], "--margin", "only to an .svg"),
         (&["-o", "out.png", "--pens", "1"], "--pens", "only to an .svg, .pdf or .geojson"),

@@ -4,7 +4,7 @@
 use crate::Room;
 
 /// One style of each kind: lines, chained strokes, marks, and running colour.
-const STYLES: [&str; 4] = ["ink", "pen", "crosshatch", "wash"];
+const STYLES: [&str; 4] = ["lsa", "pen", "crosshatch", "wash"];
 
 #[test]
 fn flights_end_well_and_nobody_complains() {
@@ -32,7 +32,7 @@ fn a_thousand_frames_of_every_style() {
 fn eyes_of_any_size_are_drawn() {
     let Some(room) = Room::with_hill() else { return };
     for sizes in ["1x1,1x1", "33x17,96x80"] {
-        let report = room.fly(&[("SIZES", sizes)], &["--frames", "6", "--style", "ink"]);
+        let report = room.fly(&[("SIZES", sizes)], &["--frames", "6", "--style", "lsa"]);
         let report = report.well(sizes);
         assert!(report.starts_with(&sizes.replace(',', " and ")), "{report}");
     }

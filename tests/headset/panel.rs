@@ -54,7 +54,7 @@ fn written(bytes: &[u8], from: usize, to: usize) -> f64 {
 #[test]
 fn the_panel_is_seen_from_the_first_frame_and_stays_in_its_place() {
     let Some(room) = Room::with_hill() else { return };
-    let (log, _, shown) = fly(&room, &[], &["--frames", "20", "--style", "ink"]);
+    let (log, _, shown) = fly(&room, &[], &["--frames", "20", "--style", "lsa"]);
     assert!(log.ends_with(" and 0 empty frames"), "{log}");
     // Before the first picture, and with it, because no button was pressed.
     assert!(shown.iter().any(|shown| shown.frame == 0) && shown.iter().any(|shown| shown.frame >= 19));
@@ -112,7 +112,7 @@ fn the_list_of_styles_changes_the_style() {
     // `pen` is the second favourite; above it is `ink`.
     let up = pushes(6, &["/user/hand/right/input/thumbstick:0:1"]);
     let script = format!("4-14:/user/hand/right/input/trigger/value,{up}");
-    let ink = Style::load("ink").unwrap();
+    let ink = Style::load("lsa").unwrap();
     let off = difference(&room, &[("PUSHES", &script)], ("pen", "40"), &ink, 1.0);
     assert!(off < 0.01, "{off} of the pixels differ");
     // Planted: a list that is only opened changes nothing.
@@ -141,7 +141,7 @@ fn every_controller_has_the_list_and_the_controls() {
         // Held for more than 0.4 s, which are 36 frames.
         let script = format!("{},{next}", held("4-80", button));
         let script = [("PUSHES", script.as_str()), ("PROFILE", &profile), ("SIZES", "48x40,48x40")];
-        let (_, report, shown) = fly(&room, &script, &["--frames", "90", "--style", "ink"]);
+        let (_, report, shown) = fly(&room, &script, &["--frames", "90", "--style", "lsa"]);
         // Below `ink` is `pen`.
         assert!(report.contains(" pen: "), "{profile}: {report}");
         assert!(shown.iter().any(|shown| shown.frame == 70) && !shown.iter().any(|shown| shown.frame == 90));
@@ -158,12 +158,12 @@ fn the_five_controls_change_the_picture_as_the_inspector_does() {
     let mut what = vec![down.as_str(); warmth];
     what.extend([right.as_str(), &right, &right, &left]);
     let script = format!("4-50:/user/hand/left/input/trigger/value,{}", pushes(8, &what));
-    let warm = with_control("ink", "Warmth", 20).unwrap();
-    let off = difference(&room, &[("PUSHES", &script)], ("ink", "70"), &warm, 1.0);
+    let warm = with_control("lsa", "Warmth", 20).unwrap();
+    let off = difference(&room, &[("PUSHES", &script)], ("lsa", "70"), &warm, 1.0);
     assert!(off < 0.01, "{off} of the pixels differ");
     // Planted: the style without the change, and with a further step.
-    for other in [Style::load("ink").unwrap(), with_control("ink", "Warmth", 40).unwrap()] {
-        let off = difference(&room, &[("PUSHES", &script)], ("ink", "70"), &other, 1.0);
+    for other in [Style::load("lsa").unwrap(), with_control("lsa", "Warmth", 40).unwrap()] {
+        let off = difference(&room, &[("PUSHES", &script)], ("lsa", "70"), &other, 1.0);
         assert!(off > 0.03, "{off}");
     }
     // The edits are kept for the window.

@@ -168,7 +168,7 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
 #[test]
 fn each_eye_is_shown_what_the_library_draws() {
     let Some(room) = Room::with_hill() else { return };
-    for style in ["plain", "ink"] {
+    for style in ["plain", "lsa"] {
         compare(&room, &[], style, 1.0);
     }
 }
@@ -177,14 +177,14 @@ fn each_eye_is_shown_what_the_library_draws() {
 #[test]
 fn a_level_of_quality_is_what_the_library_draws_at_its_resolution() {
     let Some(room) = Room::with_hill() else { return };
-    let front = room.path("front-ink.toml");
-    let text = "style = \"ink\"\nadapter = \"any\"\nsize = [96, 80]\ncost = \"GPU ms\"\n\n[[points]]\n\
+    let front = room.path("front-lsa.toml");
+    let text = "style = \"lsa\"\nadapter = \"any\"\nsize = [96, 80]\ncost = \"GPU ms\"\n\n[[points]]\n\
                 levels = [\"draft\"]\ncost = 1.0\ncost_ratio = 0.5\n\n[points.set]\nscale = \"0.5\"\n\n[points.errors]\ntone_error_percent = 1.0\n";
     std::fs::write(&front, text).unwrap();
-    let style = Style::load("ink").unwrap().scaled(0.5);
+    let style = Style::load("lsa").unwrap().scaled(0.5);
     // With a budget that nothing holds, pictures are a part of textures of the runtime's size.
     for quality in [["--quality", "draft"], ["--budget", "0.02"]] {
-        let common = ["--frames", "40", "--style", "ink", "--front", front.to_str().unwrap()];
+        let common = ["--frames", "40", "--style", "lsa", "--front", front.to_str().unwrap()];
         let off = difference_at(&room, &[], &[&common[..], &quality].concat(), (&style, 0.5), 1.0);
         assert!(off < 0.01, "{quality:?}: {off} of the pixels differ");
     }
@@ -194,7 +194,7 @@ fn a_level_of_quality_is_what_the_library_draws_at_its_resolution() {
 fn a_giants_eyes_stand_far_apart() {
     let Some(room) = Room::with_hill() else { return };
     let script = [("MOTION", "none"), ("PUSHES", "3-5:/user/hand/right/input/a/click")];
-    compare(&room, &script, "ink", 1000.0);
+    compare(&room, &script, "lsa", 1000.0);
 }
 
 #[test]
@@ -236,10 +236,10 @@ fn what_nobody_sees_is_not_drawn() {
         last_frame(&room).map(|(_, bytes)| bytes)
     };
     // A cap counts lines in windows, some of which extend into hidden parts.
-    let mut ink = all_lines("ink");
+    let mut ink = all_lines("lsa");
     // Level land would be white, like parts that are not drawn.
     ink.light.level_deg = 0.0;
-    let ink_file = room.path("ink.toml");
+    let ink_file = room.path("lsa.toml");
     std::fs::write(&ink_file, ink.text()).unwrap();
     for style in ["plain", ink_file.to_str().unwrap()] {
         let whole = shown(style, &[]);

@@ -1,10 +1,92 @@
-// Counts the samples that the strokes of each length class need, and begins the counters of samples.
-#import hachure::chain_lengths::{strokes, counts, chain_length_px}
+// Decides which strokes are long enough to be drawn, counts the samples that those of each length class need, and begins
+// the counters of samples.
+//
+// A stroke within a slope has little behind it: it says less than a skyline or a line that hides land, and many short
+// ones are litter. Its least length is `shortest_interior_px`, and ALONE times as much if it is a suggestive contour that
+// continues no contour. A piece of the skyline between two ridges may be short, and without it the skyline has a gap, so
+// there the least length is SKYLINE_PX. The steps in depth at PLACES segments along the stroke decide.
+//
+// A stroke tapers at its ends, but not where another line begins within MEETS_PX ahead of it: there it goes behind that
+// line, or both are parts of one outline that were not joined, and two tapers would be a gap.
+#import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
+#import hachure::stroke_style::Point
+#import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, step_behind}
+#import hachure::edges::KIND_SUGGESTIVE
 
 // samples.wgsl resets them to 0.
 @group(0) @binding(4) var<storage, read_write> classes: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> sample_counts: SampleCounts;
+// Samples that each stroke needs; 0 if it is too short to be drawn.
+@group(0) @binding(6) var<storage, read_write> sizes: array<u32>;
+@group(0) @binding(7) var<storage, read_write> points: array<Point>;
+// Reversed depth: near / distance; 0 is the sky.
+@group(0) @binding(8) var depth: texture_depth_2d;
+// The reference image: the number of the edge at each pixel, plus 1.
+@group(0) @binding(9) var ids: texture_2d<u32>;
+
+const PLACES: u32 = 8u;
+const ALONE: f32 = 1.5;
+const SKYLINE_PX: f32 = 2.0;
+// Distances ahead of an end between which another line meets it; nearer pixels may be the stroke's own. And the length of
+// stroke that tells what is ahead.
+const OWN_PX: f32 = 1.5;
+const MEETS_PX: f32 = 5.0;
+const AHEAD_PX: f32 = 8.0;
+
+// Returns whether a stroke is long enough to be drawn.
+fn is_long_enough(number: u32, length_px: f32) -> bool {
+    if length_px >= max(ALONE * strokes.shortest_interior_px, strokes.shortest_px) || length_px < SKYLINE_PX {
+        return length_px >= strokes.shortest_px;
+    }
+    let chain = chains[number];
+    let first = chain.first + number;
+    let places = min(chain.count, PLACES);
+    var steps = 0.0;
+    var skylines = 0u;
+    var is_alone = true;
+    for (var i = 0u; i < places; i++) {
+        let at = first + (2u * i + 1u) * chain.count / (2u * places);
+        is_alone = is_alone && points[at].kind == KIND_SUGGESTIVE;
+        let a = points[at].px;
+        let b = points[at + 1u].px;
+        let along = (b - a) / max(distance(a, b), 1e-6);
+        let step = step_behind(depth, 0.5 * (a + b), vec2<f32>(along.y, -along.x));
+        steps += saturate(step / OCCLUDING_STEP);
+        skylines += u32(step > SKYLINE_STEP);
+    }
+    if 2u * skylines > places {
+        return true;
+    }
+    // From half of the step of a line that hides land on, a stroke counts as one.
+    let interior_px = strokes.shortest_interior_px * select(1.0, ALONE, is_alone);
+    return length_px >= max(strokes.shortest_px, select(0.0, interior_px, steps < 0.5 * f32(places)));
+}
+
+// Returns 1 if another line begins ahead of the end `end` of a chain, whose points lie in direction `back` from there.
+fn is_met(end: u32, back: i32, count: u32) -> u32 {
+    let px = points[end].px;
+    var before = px;
+    for (var i = 1; i <= i32(count) && distance(before, px) < AHEAD_PX; i++) {
+        before = points[i32(end) + back * i].px;
+    }
+    let onward = (px - before) / max(distance(before, px), 1e-6);
+    let at = px * strokes.resolution;
+    let reach = MEETS_PX * strokes.resolution;
+    let last = vec2<i32>(strokes.image_px) - 1;
+    let low = clamp(vec2<i32>(floor(at - reach)), vec2<i32>(0), last);
+    let high = clamp(vec2<i32>(floor(at + reach)), vec2<i32>(0), last);
+    var found = false;
+    for (var y = low.y; y <= high.y && !found; y++) {
+        for (var x = low.x; x <= high.x && !found; x++) {
+            let way = (vec2<f32>(vec2<i32>(x, y)) + 0.5) / strokes.resolution - px;
+            let ahead_px = dot(way, onward);
+            let is_ahead = ahead_px > OWN_PX && ahead_px > 0.7 * length(way) && length(way) <= MEETS_PX;
+            found = is_ahead && textureLoad(ids, vec2<i32>(x, y), 0).r != 0u;
+        }
+    }
+    return u32(found);
+}
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -15,7 +97,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let length_px = chain_length_px(id.x);
-    if length_px >= strokes.shortest_px {
-        atomicAdd(&classes[class_of(length_px)], samples_of(length_px));
+    var size = 0u;
+    if is_long_enough(id.x, length_px) {
+        size = samples_of(length_px);
+        atomicAdd(&classes[class_of(length_px)], size);
+        let chain = chains[id.x];
+        let first = chain.first + id.x;
+        if chain.is_closed == 0u {
+            points[first].is_met = is_met(first, 1, chain.count);
+            points[first + chain.count].is_met = is_met(first + chain.count, -1, chain.count);
+        }
     }
+    sizes[id.x] = size;
 }

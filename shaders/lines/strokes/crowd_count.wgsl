@@ -1,7 +1,8 @@
 // Computes the rank of each sample of a stroke, and adds its ink to the cells.
 //
 // Half of the rank is the step in distance across the stroke, as for lines of pixels (lines/crowd/rank.wgsl), but
-// averaged along 16 px to either side: a pen is not lifted for a notch. The other half is the stroke's length.
+// averaged along 16 px to either side: a pen is not lifted for a notch. The other half is the stroke's length. A skyline
+// has a rank above 1: 2 where there is only sky behind the samples around it. It is counted, and never left out.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, cell_at, bin_of, capped, BINS, CELL_WORDS, UNITS}
 #import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, NEIGHBOURS}
@@ -21,7 +22,8 @@ const STEP: f32 = 0.05;
 const AROUND_PX: f32 = 2.5;
 const TURNS: u32 = 8u;
 
-fn step_at(px: vec2<f32>) -> f32 {
+// Returns the step around a position, and 1 if the sky is behind it.
+fn step_at(px: vec2<f32>) -> vec2<f32> {
     let last = vec2<i32>(view.size_px) - 1;
     var nearness = vec2<f32>(1e30, 0.0);
     for (var i = 0u; i < TURNS; i++) {
@@ -31,7 +33,7 @@ fn step_at(px: vec2<f32>) -> f32 {
         nearness = vec2<f32>(min(nearness.x, near), max(nearness.y, near));
     }
     let step = 1.0 - nearness.x / max(nearness.y, 1e-30);
-    return step / (step + STEP);
+    return vec2<f32>(step / (step + STEP), f32(nearness.x == 0.0));
 }
 
 @compute @workgroup_size(64)
@@ -52,7 +54,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     let window_px = 4.0 * f32(crowd.cell_px);
-    let rank = 0.5 * (steps / count + own.length_px / (own.length_px + 2.0 * window_px));
+    let mean = steps / count;
+    let skyline = smoothstep(0.25, 0.75, mean.y);
+    let rank = select(0.5 * (mean.x + own.length_px / (own.length_px + 2.0 * window_px)), 1.0 + skyline, skyline > 0.0);
     samples[id.x].rank = rank;
     if (own.flags & LAST) != 0u || any(own.px < vec2<f32>(0.0)) || any(own.px >= vec2<f32>(view.size_px)) {
         return;

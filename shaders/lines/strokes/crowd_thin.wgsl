@@ -1,11 +1,14 @@
 // Applies the bar to strokes: the pressure falls, so a stroke becomes thinner, then pale, then vanishes. Pressure is
 // carried from frame to frame, so that nothing appears or disappears suddenly.
 //
+// A draughtsman draws a line or does not draw it: the mean along PLACES places to either side decides, and the change
+// from drawn to left out is quick.
+//
 // FOLLOWER: the bars are the leading eye's, read at the sample's position in its picture. Both eyes then omit the same
 // strokes; with bars of its own picture each eye would omit different ones.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, bar_at, remaining_part, capped}
-#import hachure::stroke_samples::{Sample, SampleCounts}
+#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST}
 
 // The view without jitter.
 @group(0) @binding(0) var<uniform> view: View;
@@ -29,11 +32,44 @@ fn bar_of(own: Sample) -> vec2<f32> {
 #endif
 }
 
+// Places along a stroke, and the samples from one to the next: 8 px.
+const PLACES: u32 = 6u;
+const STRIDE: u32 = 4u;
+// Parts of the places with ink between which a stroke goes from left out to drawn.
+const DRAWN: vec2<f32> = vec2<f32>(0.35, 0.65);
+
+// Returns whether the stroke is above the bar at a sample, 0 to 1, and the fraction that remains of strokes that are.
+fn above_bar(own: Sample) -> vec2<f32> {
+    let bar = bar_of(own);
+    return vec2<f32>(remaining_part(vec2<f32>(bar.x, 1.0), min(own.rank, 1.0)), bar.y);
+}
+
+// Returns the mean of `above_bar` along the stroke around sample `number`.
+fn above_bar_around(number: u32) -> vec2<f32> {
+    var sum = above_bar(samples[number]);
+    var count = 1.0;
+    for (var way = 0u; way < 2u; way++) {
+        let ends = select(LAST, FIRST, way == 1u);
+        var at = number;
+        for (var i = 1u; i <= PLACES * STRIDE && (samples[at].flags & ends) == 0u; i++) {
+            at = select(at + 1u, at - 1u, way == 1u);
+            if i % STRIDE == 0u {
+                sum += above_bar(samples[at]);
+                count += 1.0;
+            }
+        }
+    }
+    return sum / count;
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < sample_counts.fresh {
         let own = samples[id.x];
-        let left = mix(1.0, remaining_part(bar_of(own), own.rank), capped(crowd, own.depth_m));
+        // Skylines have ranks above 1, and stay.
+        let above = above_bar_around(id.x);
+        let lowered = mix(above.y * smoothstep(DRAWN.x, DRAWN.y, above.x), 1.0, saturate(own.rank - 1.0));
+        let left = mix(1.0, lowered, capped(crowd, own.depth_m));
         // Without pressure a stroke still has a third of its width, so ink falls slower than pressure.
         samples[id.x].pressure = own.pressure * left * left * left;
     }

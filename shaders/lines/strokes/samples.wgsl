@@ -2,11 +2,12 @@
 //
 // Points of chains are where edges of the mesh end: one pixel apart or a hundred. Samples are at most 2 px apart, so
 // that their data (pressure, texture, the previous line) reach every part of a stroke.
-#import hachure::view::{View, place_at}
+#import hachure::view::{View, place_at, ray_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
-#import hachure::edges::{KIND_SUGGESTIVE, KIND_RIDGE, KIND_VALLEY}
+#import hachure::edges::{KIND_BORDER, KIND_SUGGESTIVE, KIND_RIDGE, KIND_VALLEY}
 #import hachure::stroke_style::{Point, Strokes}
+#import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, step_behind}
 #import hachure::stroke_samples::{CLASSES, Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
 // The view without jitter.
@@ -31,14 +32,10 @@ const RIGHT_RAD: f32 = 1.5707964;
 const BEND_UNITS: f32 = 128.0;
 // A stroke that ends within this distance of the picture's border continues off the sheet.
 const BORDER_PX: f32 = 2.0;
+// Sines of the angles at which one looks down on a border of the land between which it stops being a skyline.
+const FROM_ABOVE: vec2<f32> = vec2<f32>(0.2, 0.5);
 // Distance from an end that does not exist.
 const FAR_PX: f32 = 1e6;
-
-// Distance to either side of a stroke at which the depth step is measured; relative step from which strokes have their
-// full width; and part of the width that strokes without any step have.
-const SIDE_PX: f32 = 3.0;
-const FULL_STEP: f32 = 0.3;
-const MIN_WIDTH: f32 = 0.25;
 
 // Returns the chain of a sample: the last one whose first sample has this number or a lower one.
 fn chain_of(sample: u32) -> u32 {
@@ -90,14 +87,11 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     return OnStroke(mix(a.px, b.px, t) - view.jitter_px, 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
 }
 
-fn depth_at(px: vec2<f32>) -> f32 {
-    return textureLoad(depth, clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
-}
-
-// Returns how much farther the farther side of a stroke is, relative to its distance: 0 to 1, where 1 is the sky.
-fn step_at(px: vec2<f32>, across: vec2<f32>) -> f32 {
-    let sides = vec2<f32>(depth_at(px + across * SIDE_PX), depth_at(px - across * SIDE_PX));
-    return 1.0 - min(sides.x, sides.y) / max(max(sides.x, sides.y), 1e-9);
+// Returns the width of strokes with a step behind them, relative to skylines: a draughtsman's three ranks of lines, with
+// gradual transitions.
+fn width_of_step(step: f32) -> f32 {
+    let hiding = mix(strokes.interior_width, strokes.occluding_width, saturate(step / OCCLUDING_STEP));
+    return mix(hiding, 1.0, saturate((step - OCCLUDING_STEP) / (SKYLINE_STEP - OCCLUDING_STEP)));
 }
 
 // Returns the width of strokes of a kind of edge, relative to contours.
@@ -141,9 +135,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let is_off = vec2<bool>(runs_off(first), runs_off(last)) & vec2<bool>(!is_closed);
     let from_ends_px = select(vec2<f32>(at_units, length_units - at_units) / UNITS_PER_PX, vec2<f32>(FAR_PX), is_off);
     let from_end_px = min(from_ends_px.x, from_ends_px.y);
+    // The pen is not lifted where another line goes on.
+    let is_met = vec2<bool>(points[first].is_met == 1u, points[last].is_met == 1u);
+    let from_lifts_px = select(from_ends_px, vec2<f32>(FAR_PX), is_met);
+    let from_lift_px = min(from_lifts_px.x, from_lifts_px.y);
     // A stroke that is shorter than its tapers tapers faster.
-    let taper_px = min(strokes.taper_px, select(0.5, 1.0, any(is_off)) * length_units / UNITS_PER_PX);
-    let pressure = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
+    let taper_px = min(strokes.taper_px, select(0.5, 1.0, any(is_off | is_met)) * length_units / UNITS_PER_PX);
+    let pressure = select(clamp((from_lift_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
     // A right angle within BEND_UNITS has the full effect; at its ends a stroke has no bend.
     let lengths = length(way_back) * length(way_on);
@@ -151,12 +149,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A mean over three positions, so that single pixels do not cause knots.
     let kind_part = (width_of(before.kind) + width_of(at.kind) + width_of(after.kind)) / 3.0;
     var step_part = 1.0;
-    if strokes.step_width > 0.0 {
+    if strokes.occluding_width < 1.0 || strokes.interior_width < 1.0 {
         let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
         let across = vec2<f32>(-way.y, way.x);
         let px = at.px + view.jitter_px;
-        let step = (step_at(px - way_back, across) + step_at(px, across) + step_at(px + way_on, across)) / 3.0;
-        step_part = mix(1.0, mix(MIN_WIDTH, 1.0, saturate(step / FULL_STEP)), strokes.step_width);
+        let steps = step_behind(depth, px - way_back, across) + step_behind(depth, px, across)
+            + step_behind(depth, px + way_on, across);
+        // The border of the land is a skyline where it is seen from the side, and only an edge of the sheet from above.
+        let from_above = smoothstep(FROM_ABOVE.x, FROM_ABOVE.y, -normalize(ray_at(view, at.px)).z);
+        step_part = width_of_step(steps / 3.0 * select(1.0, 1.0 - from_above, at.kind == KIND_BORDER));
     }
     let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);

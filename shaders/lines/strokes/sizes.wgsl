@@ -2,10 +2,11 @@
 //
 // Longer strokes come first. Each workgroup finds the shortest length class for which there is room.
 #import hachure::chain_lengths::{strokes, counts, chain_length_px}
-#import hachure::stroke_samples::{CLASSES, Temporal, arguments_of, class_of, samples_of}
+#import hachure::stroke_samples::{CLASSES, Temporal, arguments_of, class_of}
 
 // `SampleCounts` as an array of words, because its members cannot be atomic. budget.wgsl has set them to 0.
 @group(0) @binding(4) var<storage, read_write> sample_counts: array<atomic<u32>>;
+// Samples that each stroke needs, as budget.wgsl decided.
 @group(0) @binding(5) var<storage, read_write> sizes: array<u32>;
 // Samples that the strokes of each length class need.
 @group(0) @binding(6) var<storage, read> classes: array<u32>;
@@ -56,12 +57,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
     if id.x >= counts.chains {
         return;
     }
-    let length_px = chain_length_px(id.x);
-    var size = 0u;
-    if length_px >= strokes.shortest_px {
-        let is_chosen = class_of(length_px) >= shortest_class;
-        size = select(0u, samples_of(length_px), is_chosen);
-        atomicAdd(&sample_counts[select(LEFT_OUT, STROKES, is_chosen)], 1u);
+    if sizes[id.x] == 0u {
+        return;
     }
-    sizes[id.x] = size;
+    let is_chosen = class_of(chain_length_px(id.x)) >= shortest_class;
+    atomicAdd(&sample_counts[select(LEFT_OUT, STROKES, is_chosen)], 1u);
+    if !is_chosen {
+        sizes[id.x] = 0u;
+    }
 }

@@ -32,7 +32,7 @@ fn flights(folder: &Path) -> Option<(Report, Vec<RunFrames>)> {
     let gpu = common::gpu()?;
     let (land, _) = common::baked(&common::grid_of(257, 257, 20.0, common::rough_height_m));
     for name in ["first", "second"] {
-        let text = style::preset_text("ink").unwrap().replace("\"ink\"", &format!("\"{name}\""));
+        let text = style::preset_text("lsa").unwrap().replace("\"ink\"", &format!("\"{name}\""));
         crate::file::atomic::write(&folder.join(format!("{name}.toml")), text.as_bytes()).unwrap();
     }
     let path = "t,x,y,z,yaw,pitch,fov\n0,-900,-900,+250,40,-12,60\n1,-600,-600,+200,60,-10,60\n";
@@ -69,7 +69,7 @@ fn check(folder: &Path) -> Result<(), String> {
         let mut report = report.clone();
         report.runs = vec![report.runs[number].clone()];
         let mut frames = frames[number].clone();
-        (report.runs[0].style, frames.style) = ("ink".to_owned(), "ink".to_owned());
+        (report.runs[0].style, frames.style) = ("lsa".to_owned(), "lsa".to_owned());
         (report, frames)
     };
     let equal = named(folder, flight(0), flight(1));

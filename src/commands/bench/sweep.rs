@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_reference_approximates_nothing() {
-        for (name, key) in [("tone-lines", "tone_lines.exact"), ("ink", "lines.halved")] {
+        for (name, key) in [("tone-lines", "tone_lines.exact"), ("lsa", "lines.halved")] {
             let style = Style::load(name).unwrap();
             let values = exact_values(&style);
             assert!(values.iter().any(|value| value.key == key), "{name}: {values:?}");

@@ -2,7 +2,7 @@
 //! list on the CPU).
 //!
 //! The edge list ([`crate::surface::edges`]) → the ID reference image ([`id_image`]), thinned ([`thin`]) → visible
-//! segments ([`extract`]) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]),
+//! segments ([`extract`], and [`outlines`] where edges are missing) → chains ([`chain`], specified by [`twin`]) → points ([`points`]) → samples ([`samples`]),
 //! which continue those of the previous frame ([`temporal`], when [`history`] says so) and agree with the other eye's
 //! ([`partner`]) → ink ([`stroke`]), solid or through a [`texture`].
 //!
@@ -20,6 +20,7 @@ pub(crate) mod extract;
 pub(crate) mod history;
 pub(crate) mod id_image;
 pub(crate) mod left_out;
+pub(crate) mod outlines;
 pub(crate) mod partner;
 pub(crate) mod points;
 pub(crate) mod polylines;
@@ -124,8 +125,10 @@ impl StrokesUniform {
             haze_m: haze_m as f32 * strokes.reach,
             faintest: strokes.faintest,
             depth_width: strokes.depth_width,
-            step_width: strokes.step_width,
+            occluding_width: strokes.occluding_width,
+            interior_width: strokes.interior_width,
             shortest_px: strokes.shortest_px,
+            shortest_interior_px: strokes.shortest_interior_px,
             curve_width: strokes.curve_width,
             wobble_px: strokes.wobble_px,
             merge_px: strokes.merge_px,
@@ -253,6 +256,9 @@ pub(crate) struct Inputs<'a> {
     pub still_view: &'a Resource,
     /// Depth of the surface.
     pub depth: &'a Target,
+    pub surface_id: &'a Target,
+    /// Whether the land in view has holes.
+    pub has_holes: bool,
     /// The edges of the surface, if they were [wanted](FrameStrokes::wants_edges).
     pub edges: Option<&'a EdgeList>,
     /// The targets of an eye, for the reference image and the ink.
@@ -306,7 +312,8 @@ impl FrameStrokes {
     /// them and lets them continue the previous frame's strokes; otherwise the strokes of the previous frame move with
     /// the world.
     pub(crate) fn draw(&mut self, recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Target {
-        let Inputs { view, still_view, depth, edges, targets, resolution, leader, apart_m } = inputs;
+        let Inputs { view, still_view, depth, surface_id, has_holes, edges, targets, resolution, leader, apart_m } =
+            inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = recorder.gpu();
         let (ink, ids) = (targets.whole(gpu, &stroke::INK), targets.whole(gpu, &stroke::STROKE_IDS));
@@ -333,12 +340,17 @@ impl FrameStrokes {
             edge_ids
         };
         extract::run(recorder, lists, edges, view, &line_ids);
+        // Without borders, the land may end where no line is wanted.
+        if self.edge_rules.borders {
+            let ids = &line_ids;
+            outlines::run(recorder, lists, &outlines::Inputs { view, depth, ids, surface_id, has_holes });
+        }
         let (segments, counts) = (&lists.segments, &lists.counts);
         let chains =
             &chain::run(recorder, &chain::Inputs { rules: self.rules, capacity: MAX_FRAME_SEGMENTS, segments, counts });
         let points = &points::run(recorder, lists, edges, chains);
         let view = still_view;
-        samples::run(recorder, &samples::Inputs { view, depth, lists, chains, points, work });
+        samples::run(recorder, &samples::Inputs { view, depth, ids: &line_ids, lists, chains, points, work });
         if let Some(cap) = self.cap {
             let leader = leader.and_then(|leader| Some((&leader.view, leader.cells.as_ref()?)));
             self.cells =

@@ -176,6 +176,8 @@ pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Depth of the surface, for the steps in depth at strokes.
     pub depth: &'a Target,
+    /// The reference image, for the lines at the ends of strokes.
+    pub ids: &'a Target,
     /// The lists, for the numbers of segments and chains.
     pub lists: &'a Lists,
     /// The chains of this frame.
@@ -188,13 +190,24 @@ pub(crate) struct Inputs<'a> {
 
 /// Computes the samples of this frame.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let Inputs { view, depth, lists, chains, points, work } = *inputs;
+    let Inputs { view, depth, ids, lists, chains, points, work } = *inputs;
     let along = || ("along_units", points.along.binding());
     let classes = recorder.buffer(&CLASSES_OF, 4 * CLASSES);
     let classes = || ("classes", classes.binding());
     let (arguments, offset) = chains.per_segment();
 
-    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), classes(), work.sample_counts()];
+    let resources = [
+        lists.strokes(),
+        lists.counts(),
+        chains.named(),
+        along(),
+        classes(),
+        work.sample_counts(),
+        ("sizes", work.starts.binding()),
+        ("points", points.list.binding()),
+        ("depth", depth.into()),
+        ("ids", ids.into()),
+    ];
     recorder.indirect("lines/strokes/budget", arguments, offset, &resources);
     let resources = [
         lists.strokes(),

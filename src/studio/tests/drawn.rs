@@ -49,7 +49,7 @@ fn random_edits_are_drawn_and_the_last_picture_is_that_of_the_saved_file() {
     let Some(mut world) = World::on_own_device(Hill::square(321, 10.0).1, 1.0) else { return };
     let count = if full() { 500 } else { 40 };
     let folder = tempfile::tempdir().unwrap();
-    for (name, seed) in [("ink", 3), ("crosshatch", 8)] {
+    for (name, seed) in [("lsa", 3), ("crosshatch", 8)] {
         let mut random = Random(seed);
         let mut document = open(name);
         let mut renderer = Renderer::new(&world.gpu).unwrap();

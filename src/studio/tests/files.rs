@@ -143,9 +143,9 @@ fn a_changed_file_is_taken_unless_there_are_edits() {
     assert_eq!(document.reload(Some(other.clone())).unwrap(), Reloaded::Changed);
     assert!(document.text() == other && !document.is_edited());
     // An invalid text changes nothing, and the error says where it is.
-    let error = document.reload(Some(other.replace("kind = \"lines\"", "kind = \"lynes\""))).unwrap_err();
+    let error = document.reload(Some(other.replace("kind = \"strokes\"", "kind = \"stroces\""))).unwrap_err();
     let error = error.to_string();
-    assert!(error.contains("ink.toml:") && error.contains("lynes"), "{error}");
+    assert!(error.contains("ink.toml:") && error.contains("stroces"), "{error}");
     assert_eq!(document.text(), other);
     // With edits the user decides.
     document.set("paper.grain", 0.5).unwrap();

@@ -26,13 +26,17 @@ parameters! {
         curve_width called "Width at bends": f32 = 0.0 => Range::Within(-1.0, 1.0);
         /// How far a stroke strays from its line, as if drawn by hand; the wobble is fixed to the world.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// Shorter strokes are left out.
+        /// Shorter strokes are left out, except pieces of the skyline.
         shortest_px called "Shortest stroke": f32 = 4.0 => Range::Within(0.0, 1000.0);
+        /// Shorter strokes within a slope, with little hidden behind them, are left out.
+        shortest_interior_px called "Shortest stroke within slopes": f32 = 0.0 => Range::Within(0.0, 1000.0);
         /// How strongly width depends on distance; 0 is not at all, larger values make near strokes wider and far ones
         /// thinner.
         depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
-        /// How much thinner strokes are where the land behind them is only slightly farther away.
-        step_width called "Thinning at steps": f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// Width of strokes that hide land, as a fraction of the width of skylines.
+        occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);
+        /// Width of strokes within a slope, with little hidden behind them, as a fraction of the width of skylines.
+        interior_width called "Width within slopes": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.
         slender called "Least length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
         /// Largest fraction of the area that strokes may cover; above it the weakest are removed first; 1 is no limit.

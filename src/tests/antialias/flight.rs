@@ -74,7 +74,7 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
     let Some(mut world) = crate::tests::antialias::fine_rough() else { return };
     // Lines of a detector crawl and strokes do not. Half of the little that strokes flicker comes from strokes that
     // appear and disappear.
-    for (name, most, frames) in [("ink", 0.5, if full() { 44 } else { 28 }), ("strokes", 0.6, 44)] {
+    for (name, most, frames) in [("lsa", 0.5, if full() { 44 } else { 28 }), ("strokes", 0.6, 44)] {
         // The lines that remain under a cap on crowded lines are calmer, and anti-aliasing removes a little less than
         // half of their flicker; so this style has no cap.
         let style = crate::tests::common::all_lines(name);
@@ -103,7 +103,7 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
 #[test]
 fn nothing_is_left_behind() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_antialias(Antialias::Temporal);
     let mut one = Renderer::new(&world.gpu).unwrap();

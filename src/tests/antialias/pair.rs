@@ -34,7 +34,7 @@ fn flown(world: &mut World, style: &Style, rig_of: impl Fn(&View) -> Rig) -> Vec
 #[test]
 fn eyes_at_one_place_are_one_and_exchanged_ones_exchange() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
-    for name in ["ink", "strokes"] {
+    for name in ["lsa", "strokes"] {
         let style = Style::load(name).unwrap();
         let pair = |ipd_m| Pair { ipd_m, convergence_m: None };
         let mono = flown(&mut world, &style, |view| Rig::mono(*view));

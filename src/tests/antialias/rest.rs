@@ -20,7 +20,7 @@ fn flies(renderer: &mut Renderer, world: &mut World, style: &Style, previous: Po
 #[test]
 fn a_picture_at_rest_converges() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
-    for name in ["ink", "strokes"] {
+    for name in ["lsa", "strokes"] {
         let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         renderer.set_antialias(Antialias::Temporal);

@@ -65,7 +65,7 @@ fn samples_are_a_larger_picture_made_small() {
 #[test]
 fn lines_converge_and_channels_stay() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
-    for name in ["ink", "pen"] {
+    for name in ["lsa", "pen"] {
         let style = Style::load(name).unwrap();
         let [one, few, more, most] = [1, 8, 32, 64].map(|samples| shoot(&mut world, &style, SIZE_PX, samples));
         let off = [&one, &few, &more].map(|band| apart(&band.picture, &most.picture));

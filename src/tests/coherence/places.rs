@@ -116,9 +116,12 @@ fn hands_stray_and_pens_widen_at_bends() {
 }
 
 #[test]
-fn strokes_are_thin_where_the_step_behind_them_is_small() {
+fn strokes_have_the_width_of_the_step_behind_them() {
     let Some(mut world) = mountains() else { return };
-    let style = strokes(|own| (own.step_width, own.depth_width, own.width_px) = (1.0, 0.0, 4.0));
+    let style = strokes(|own| {
+        (own.interior_width, own.occluding_width) = (0.33, 0.67);
+        (own.depth_width, own.width_px) = (0.0, 4.0);
+    });
     let mut flight = Flight::new(&world, style);
     let (view, _, samples) = flight.fly(&mut world, 0);
     let places = places_m(&world.gpu, &flight.renderer, view.pose.position_m);
@@ -141,7 +144,8 @@ fn strokes_are_thin_where_the_step_behind_them_is_small() {
                 let [back, here, on] = [0, 4, 8].map(|i| Vec2::from(own[i].px));
                 let across = turn((on - back).normalize());
                 let step = [back, here, on].map(|px| step(px, across)).iter().sum::<f64>() / 3.0;
-                let expected = 0.25 + 0.75 * (step / 0.3).min(1.0);
+                let hiding = 0.33 + 0.34 * (step / 0.3).min(1.0);
+                let expected = hiding + (1.0 - hiding) * ((step - 0.3) / 0.6).clamp(0.0, 1.0);
                 (f64::from(own[4].half_width_px) / 2.0 - expected).abs()
             })
             .collect();

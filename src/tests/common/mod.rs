@@ -86,7 +86,7 @@ pub(crate) fn full() -> bool {
 pub(crate) fn presets() -> Vec<&'static str> {
     const EACH_KIND: [&str; 14] = [
         "plain",
-        "ink",
+        "lsa",
         "roystan",
         "strokes",
         "charcoal",

@@ -13,8 +13,8 @@ use super::draw::north_west;
 
 /// Returns the preset `ink` with the ε of the paper or of the footprint.
 pub(crate) fn ink(epsilon: &str) -> Style {
-    let text = preset_text("ink").unwrap().replace("\"footprint\"", &format!("\"{epsilon}\""));
-    let style = Style::parse("ink", &text).unwrap();
+    let text = preset_text("lsa").unwrap().replace("\"footprint\"", &format!("\"{epsilon}\""));
+    let style = Style::parse("lsa", &text).unwrap();
     assert_eq!(format!("{:?}", style.lines().unwrap().epsilon).to_lowercase(), epsilon);
     style
 }

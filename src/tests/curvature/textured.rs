@@ -22,7 +22,7 @@ const WIDTH_PX: f64 = 16.0;
 const SECTORS: usize = 8;
 
 fn style(texture: Option<&str>) -> Style {
-    let mut style = all_lines("ink");
+    let mut style = all_lines("lsa");
     style.lines_mut().unwrap().detector = Detector::Curvature;
     style.curvature.width_px = WIDTH_PX as f32;
     style.curvature.suggestive = 0.0;

@@ -33,7 +33,7 @@ fn forests() -> Vec<(&'static str, Forest, Option<Wind>)> {
 fn forests_are_finite() {
     let Some(mut land) = Land::of_spacing(SPACING_M) else { return };
     let names: &[&str] =
-        if full() { &["plain", "pencil", "strokes", "ink", "wash", "relief", "stipple"] } else { &["plain"] };
+        if full() { &["plain", "pencil", "strokes", "lsa", "wash", "relief", "stipple"] } else { &["plain"] };
     let styles: Vec<Style> = names.iter().map(|name| Style::load(name).unwrap()).collect();
     let views: Vec<_> = [&ORDINARY].into_iter().chain(&EXTREME).map(|camera| (camera, land.pose(camera))).collect();
     let most = if full() { views.len() } else { 7 };

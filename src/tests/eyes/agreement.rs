@@ -41,7 +41,7 @@ fn of(metrics: &Metrics, name: &str) -> f64 {
 
 #[test]
 fn lines_of_far_land_have_partners() {
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     for (place, mut world, pose) in places(3) {
         let wide_m = wide_m(&mut world, pose, &style);
         let mut at = |style: &Style, ipd_m: f64| {
@@ -83,8 +83,8 @@ fn holes_take_no_lines_of_pairs() {
     let (file, camera) = MOUNTAINS[0];
     let Some(mut world) = World::real(file, 1.0) else { return };
     let pose = world.pose(camera);
-    let wide_m = wide_m(&mut world, pose, &Style::load("ink").unwrap());
-    let [agreed, alone] = [Style::load("ink").unwrap(), ink_alone()].map(|style| {
+    let wide_m = wide_m(&mut world, pose, &Style::load("lsa").unwrap());
+    let [agreed, alone] = [Style::load("lsa").unwrap(), ink_alone()].map(|style| {
         let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
         of(&agreement(&eyes), "line_coverage")
     });
@@ -95,7 +95,7 @@ fn holes_take_no_lines_of_pairs() {
 #[test]
 fn what_lacks_a_partner_is_reported() {
     let Some((place, mut world, pose)) = places(0).into_iter().next() else { return };
-    let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("ink").unwrap(), &rig(pose, IPD_M, SIZE_PX));
+    let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("lsa").unwrap(), &rig(pose, IPD_M, SIZE_PX));
     // Planted error: the right eye's lines are erased in a rectangle.
     let mut rubbed = eyes[1].clone();
     let (low, high) = (DVec2::new(200.0, 120.0), DVec2::new(360.0, 240.0));

@@ -35,7 +35,7 @@ fn what_two_eyes_draw_is_finite_everywhere() {
     let mut taken = 0.0;
     for (place, camera, ipd_m) in PLACES {
         let pose = world.pose(camera);
-        for name in ["ink", "charcoal", "crosshatch", "wash"] {
+        for name in ["lsa", "charcoal", "crosshatch", "wash"] {
             let style = Style::load(name).unwrap();
             let rig = rig(pose, ipd_m, SIZE_PX);
             let frame = frame_of(&world.gpu, &mut world.surfaces, &style, &rig);
@@ -46,7 +46,7 @@ fn what_two_eyes_draw_is_finite_everywhere() {
                     "{place}, {name}: a pixel is not finite"
                 );
             }
-            if name != "ink" {
+            if name != "lsa" {
                 continue;
             }
             // What agreement between the eyes removes, without the limit on crowded lines.

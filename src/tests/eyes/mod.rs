@@ -54,5 +54,5 @@ fn with_lines(name: &str, change: impl FnOnce(&mut Lines)) -> Style {
 
 /// Loads `ink` without agreement between the eyes.
 fn ink_alone() -> Style {
-    with_lines("ink", |lines| lines.stereo = Stereo::Alone)
+    with_lines("lsa", |lines| lines.stereo = Stereo::Alone)
 }

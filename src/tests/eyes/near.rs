@@ -111,7 +111,7 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             let pose = place(&mut world, &mesh, (away_m, radius_m), true, 45.0);
             let rig = rig(pose, IPD_M, SIZE_PX);
             let thing = format!("{shape} {away_m} m away");
-            let lines = measure(&mut world, &thing, "ink", &rig);
+            let lines = measure(&mut world, &thing, "lsa", &rig);
             let strokes = measure(&mut world, &thing, "charcoal", &rig);
             // At a hand's breadth, the whole ball is between the contours of both eyes.
             let most = if away_m < 0.5 { 0.1 } else { 0.01 };
@@ -145,7 +145,7 @@ fn models_have_the_same_lines_for_both_eyes() {
             let rig = rig(pose, IPD_M, SIZE_PX);
             let thing = format!("{name} {} m away", at.0);
             // In the fast tier one style of lines, and of strokes the broadest.
-            let styles = if full() { &["ink", "strokes", "charcoal"][..] } else { &["ink", "charcoal"] };
+            let styles = if full() { &["lsa", "strokes", "charcoal"][..] } else { &["lsa", "charcoal"] };
             for &style in styles {
                 let measured = measure(&mut world, &thing, style, &rig);
                 // Broad strokes on needles this near: of several parallel outlines each eye keeps another, whose length

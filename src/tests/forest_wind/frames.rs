@@ -89,7 +89,7 @@ fn what_leans_into_the_picture_is_not_culled() {
 #[test]
 fn a_camera_at_rest_in_wind_goes_on_and_one_without_trees_in_view_rests() {
     let Some(mut world) = wooded(Form::Conifer, 200.0, Some(WIND)) else { return };
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     let (among, sky, above) =
         (world.pose(CAMERA), world.pose("-300,-900,150,15,60,50"), world.pose("0,0,9000,0,-90,40"));
     let mut settles = |pose: Pose, wind: Option<Wind>| {

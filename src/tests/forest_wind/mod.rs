@@ -86,7 +86,7 @@ fn shown(world: &mut World, renderer: &mut Renderer, view: View) -> Shown {
 fn without_wind_the_clock_is_nothing() {
     let Some(mut world) = wooded(Form::Birch, 200.0, None) else { return };
     let pose = world.pose(CAMERA);
-    let style = Style::load("ink").unwrap();
+    let style = Style::load("lsa").unwrap();
     let mut picture = |wind: Option<Wind>, now_s: f64| {
         world.surfaces.set_wind(wind);
         let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -149,7 +149,7 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
 #[test]
 fn the_composite_is_its_twin() {
     let Some(mut bench) = Bench::new() else { return };
-    let mut style = Style::load("ink").unwrap();
+    let mut style = Style::load("lsa").unwrap();
     style.paper.grain = 0.0;
     let layers = layers();
     let distances_m: Vec<f32> = layers.position.iter().map(|at| at[3]).collect();

@@ -43,7 +43,7 @@ fn errors_of(bench: &mut Bench, detector: Detector) -> Vec<f64> {
     let words: Vec<u32> = normals.iter().map(|normal| seen::words_of(*normal)[0]).collect();
     let normal = bench.picture(&NORMAL, SIZE_PX, &words);
     let errors = bench.out(&ERRORS);
-    let lines = Lines { detector, ..Style::load("ink").unwrap().lines().cloned().unwrap() };
+    let lines = Lines { detector, ..Style::load("lsa").unwrap().lines().cloned().unwrap() };
     bench.run(|recorder| {
         let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
         let (distance, normal, errors) = (&distance, &normal, &errors);
@@ -178,7 +178,7 @@ fn the_density_filter_is_its_twin() {
     for detector in [Detector::Lsa, Detector::Sobel] {
         for density in [0.0, 1.0, 2.0] {
             let lines =
-                Lines { detector, density, ramp: [0.1, 0.6], ..Style::load("ink").unwrap().lines().cloned().unwrap() };
+                Lines { detector, density, ramp: [0.1, 0.6], ..Style::load("lsa").unwrap().lines().cloned().unwrap() };
             let line = bench.out(&LINE);
             bench.run(|recorder| {
                 let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
@@ -242,7 +242,7 @@ fn the_density_filter_of_eight_directions_is_its_twin() {
         .collect();
     let picture = bench.picture(&ERRORS, SIZE_PX, &bits(&merged));
     let directions = bench.picture(&DIRECTIONS, SIZE_PX, &words);
-    let lines = Lines { density: 2.0, ramp: [0.0, 0.6], ..Style::load("ink").unwrap().lines().cloned().unwrap() };
+    let lines = Lines { density: 2.0, ramp: [0.0, 0.6], ..Style::load("lsa").unwrap().lines().cloned().unwrap() };
     let line = bench.out(&LINE);
     bench.run(|recorder| {
         let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));

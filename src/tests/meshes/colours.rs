@@ -42,9 +42,9 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
     let at_m = DVec3::new(-300.0, -500.0, hill.height_m(-300.0, -500.0) + 30.0);
     let pose = world.pose("-320,-620,+8,8,3,40");
     // Blinn-Phong shading, light in steps, and darkness by slope.
-    for (name, most) in [("plain", 0.7), ("ink", 0.995), ("hachures", 0.95)] {
+    for (name, most) in [("plain", 0.7), ("lsa", 0.995), ("hachures", 0.95)] {
         let mut style = crate::tests::common::absolute(name);
-        if name == "ink" {
+        if name == "lsa" {
             // Otherwise the whole model is in the darkest step.
             (style.light.wrap, style.light.contrast) = (1.0, 1.0);
         }

@@ -306,7 +306,7 @@ fn what_a_thousand_cost() {
     };
     let towns = [town(1, coarser(&ball)), town(1000, coarser(&ball)), town(1000, Vec::new())];
     let pose = world.pose("0,-700,+40,0,-4,60");
-    for name in ["ink", "pen"] {
+    for name in ["lsa", "pen"] {
         let style = Style::load(name).unwrap();
         let mut frames = [(); 3].map(|()| Renderer::new(&world.gpu).unwrap());
         let mut times_ms = [(); 3].map(|()| Vec::new());

@@ -184,7 +184,7 @@ fn a_list_is_the_same_as_entry_after_entry() {
         let mut world = OpenWorld::open(&gpu, path.to_str(), TerrainOptions::default()).unwrap();
         let pose = world.pose(&"0,-300,+60,0,-12,60".parse().unwrap());
         let mut renderer = hachure::frame::Renderer::new(&gpu).unwrap();
-        let style = hachure::style::Style::load("ink").unwrap();
+        let style = hachure::style::Style::load("lsa").unwrap();
         let view = crate::tests::common::draw::still(pose, [320, 180]);
         crate::tests::common::draw::draw(
             &gpu,

@@ -121,7 +121,7 @@ fn the_land_is_to_the_bit_what_it_is_without_meshes() {
     let mesh = Arc::new(shapes::mesh(shapes::sphere(3)));
     let pose = world.pose("-320,-620,+8,8,3,40");
     for style in
-        ["ink", "strokes"].map(|name| if name == "ink" { ink("footprint") } else { Style::load("ink").unwrap() })
+        ["lsa", "strokes"].map(|name| if name == "lsa" { ink("footprint") } else { Style::load("lsa").unwrap() })
     {
         let take = |world: &mut crate::tests::common::World| {
             shoot_style(world, &mut None, pose, pose, SIZE_PX, &style, &PartRule::default())

@@ -189,7 +189,7 @@ fn parts_of_a_large_picture_have_the_relief_of_the_whole() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     // A shot reads the errors of LSA, so the style needs its lines.
     let mut style = style("alpha_px = 40.0\nscale_px = 6.0");
-    style.set_lines(Style::load("ink").unwrap().lines().cloned());
+    style.set_lines(Style::load("lsa").unwrap().lines().cloned());
     style.lines_mut().unwrap().crowd = 1.0;
     let pose = world.pose(NEAR);
     let mut renderer = None;

@@ -147,7 +147,7 @@ fn what_is_under_way_is_waited_for_where_frames_wait() {
 #[test]
 fn spare_pipelines_are_there_when_their_style_is_chosen() {
     let Some(mut world) = hill_apart() else { return };
-    let [shown, spared, other] = ["ink", "crosshatch", "hachures"].map(|name| Style::load(name).unwrap());
+    let [shown, spared, other] = ["lsa", "crosshatch", "hachures"].map(|name| Style::load(name).unwrap());
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_builds(Builds::InBackground);
     let pose = world.pose(START);

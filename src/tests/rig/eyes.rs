@@ -100,7 +100,7 @@ fn one_submit_draws_what_many_draw() {
 fn an_eye_away_from_the_origin_sees_what_one_at_the_origin_sees() {
     let Some(mut world) = hill() else { return };
     let pose = world.pose(START);
-    for name in ["plain", "ink", "pen", "hachures", "wash"] {
+    for name in ["plain", "lsa", "pen", "hachures", "wash"] {
         let style = preset(name);
         let mut drawn = |origin_m: glam::DVec3, shown: glam::DVec3| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -77,7 +77,7 @@ const LAST_INVERTED: &str = "textureStore(picture, pixel, vec4<f32>(1.0 - color,
 
 #[test]
 fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
-    let Some(mut live) = Live::new("ink") else { return };
+    let Some(mut live) = Live::new("lsa") else { return };
     let first = live.picture();
     assert_eq!(live.renderer.reload_shaders(&live.world.gpu), 0);
     assert_eq!(live.write("composite/composite", &changed(LAST, LAST_INVERTED)), 1);
@@ -130,7 +130,7 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
 
 #[test]
 fn a_module_rebuilds_all_that_imports_it() {
-    let Some(mut live) = Live::new("ink") else { return };
+    let Some(mut live) = Live::new("lsa") else { return };
     let first = live.picture();
     let pipelines = live.renderer.built_at_once() as usize;
     let rebuilt = live.write("shared/view", VIEW);
@@ -148,7 +148,7 @@ fn a_module_rebuilds_all_that_imports_it() {
 
 #[test]
 fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
-    let Some(mut live) = Live::new("ink") else { return };
+    let Some(mut live) = Live::new("lsa") else { return };
     live.write("composite/composite", &changed("composite.paper;", "composite.papyrus;"));
     let World { gpu, surfaces, .. } = &mut live.world;
     let drawn = live.renderer.render(gpu, surfaces, &live.rig.eyes[0], &live.style, &crate::tests::rig::light());
@@ -162,7 +162,7 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
 
 #[test]
 fn in_the_background_the_old_picture_stays_until_the_new_one_is_there() {
-    let Some(mut live) = Live::new("ink") else { return };
+    let Some(mut live) = Live::new("lsa") else { return };
     let first = live.picture();
     live.renderer.set_builds(Builds::InBackground);
     let step = |live: &mut Live| {

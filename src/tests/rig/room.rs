@@ -41,7 +41,7 @@ fn styles() -> Vec<Style> {
         style
     };
     let mut styles: Vec<Style> = presets().into_iter().map(preset).collect();
-    styles.push(changed("ink", |style| style.lines_mut().unwrap().detector = Detector::Curvature));
+    styles.push(changed("lsa", |style| style.lines_mut().unwrap().detector = Detector::Curvature));
     styles.push(changed("suggestive", |style| style.strokes_mut().unwrap().ridge_apparent = true));
     styles.push(changed("strokes", |style| style.strokes_mut().unwrap().resolution = 0.5));
     for kind in [ReliefKind::Scaling, ReliefKind::Exaggerated] {
@@ -146,7 +146,7 @@ fn a_part_of_a_texture_is_drawn_as_a_texture_of_its_own() {
 #[test]
 fn the_mean_continues_in_another_size() {
     let Some(mut world) = hill_apart() else { return };
-    let style = preset("ink");
+    let style = preset("lsa");
     let mut luma_after = |frames: &[([u32; 2], usize)], room_px: Option<[u32; 2]>| {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         renderer.set_room(room_px);

@@ -349,7 +349,7 @@ fn a_real_drawing_is_measured() {
     let size_px = [320, 180];
     let light =
         Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 30_000.0, haze_srgb: None, focus: None };
-    for name in ["strokes", "ink", "plain"] {
+    for name in ["strokes", "lsa", "plain"] {
         let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let mut draw = |world: &mut common::World, camera: &str| {

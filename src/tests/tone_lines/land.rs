@@ -52,7 +52,7 @@ fn parts_of_a_large_picture_have_the_lines_of_the_whole() {
     style.set_water(None);
     style.paper.grain = 0.0;
     // A shot reads the errors of LSA, so the style needs its lines.
-    style.set_lines(Style::load("ink").unwrap().lines().cloned());
+    style.set_lines(Style::load("lsa").unwrap().lines().cloned());
     style.lines_mut().unwrap().crowd = 1.0;
     let pose = world.pose("900,-900,+20,315,3,60");
     let mut renderer = None;

@@ -1,0 +1,236 @@
+//! Tests which lines strokes draw and how broad they are: outlines without gaps, three ranks of widths, no litter within
+//! slopes, and skylines where lines are crowded.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+use crate::tests::common;
+
+use common::draw::{NOON, draw, still};
+use common::{World, grid_of, rough_height_m};
+use glam::Vec2;
+use hachure::frame::Renderer;
+use hachure::gpu::readback::read;
+use hachure::lines::strokes::samples::Sample;
+use hachure::lines::strokes::stroke::INK;
+use hachure::style::{self, Style};
+use hachure::surface::DEPTH;
+
+const SIZE_PX: [u32; 2] = [480, 270];
+const WIDTH: usize = SIZE_PX[0] as usize;
+const HEIGHT: usize = SIZE_PX[1] as usize;
+
+/// A frame that was drawn.
+struct Drawn {
+    /// Near distance / distance of each pixel; 0 is the sky.
+    nearness: Vec<f32>,
+    ink: Vec<f32>,
+    samples: Vec<Sample>,
+}
+
+/// Loads `ink` with ink that no haze pales, and changes its strokes.
+fn ink(change: impl FnOnce(&mut style::Strokes)) -> Style {
+    let mut style = common::absolute("ink").without(&["water"]);
+    let strokes = style.strokes_mut().unwrap();
+    strokes.faintest = 1.0;
+    change(strokes);
+    style
+}
+
+fn drawn(world: &mut World, camera: &str, style: &Style) -> Drawn {
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let view = still(world.pose(camera), SIZE_PX);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    let bytes = |kind| {
+        let target = renderer.target(kind).unwrap();
+        (read(&world.gpu, target, [0, 0], SIZE_PX).unwrap(), target.texture.format())
+    };
+    let floats = |bytes: &[u8]| bytes.chunks_exact(4).map(|it| f32::from_le_bytes(it.try_into().unwrap())).collect();
+    let nearness = floats(&bytes(&DEPTH).0);
+    let (ink, format) = bytes(&INK);
+    let ink = match format {
+        wgpu::TextureFormat::R16Float => {
+            ink.chunks_exact(2).map(|it| half::f16::from_le_bytes([it[0], it[1]]).to_f32()).collect()
+        }
+        wgpu::TextureFormat::R8Unorm => ink.iter().map(|it| f32::from(*it) / 255.0).collect(),
+        _ => floats(&ink),
+    };
+    let (_, samples) = renderer.strokes().unwrap().samples().read(&world.gpu).unwrap();
+    Drawn { nearness, ink, samples }
+}
+
+/// How many times farther away the land behind an outline is, at least.
+const OUTLINE: f32 = 1.5;
+
+/// Ten views around a place, each from above the ground by `up_m`.
+fn around(x_m: f64, y_m: f64, up_m: f64, pitch_deg: f64) -> impl Iterator<Item = String> {
+    (0..10).map(move |i| format!("{x_m},{y_m},+{up_m},{},{pitch_deg},55", 36 * i + 7))
+}
+
+/// Returns the topmost pixel of the land in a column, where there is sky above it.
+fn skyline(drawn: &Drawn, x: usize) -> Option<usize> {
+    (1..HEIGHT).find(|y| drawn.nearness[y * WIDTH + x] > 0.0).filter(|y| drawn.nearness[(y - 1) * WIDTH + x] == 0.0)
+}
+
+/// Returns the longest run of columns whose skyline has no ink within two pixels, away from the border of the picture.
+fn longest_gap_px(drawn: &Drawn) -> usize {
+    let (mut longest, mut run) = (0, 0);
+    for x in 4..WIDTH - 4 {
+        let Some(y) = skyline(drawn, x).filter(|y| *y > 4) else {
+            run = 0;
+            continue;
+        };
+        let rows = (y - 2)..=(y + 2).min(HEIGHT - 1);
+        let has_ink = rows.flat_map(|y| (x - 1..=x + 1).map(move |x| y * WIDTH + x)).any(|at| drawn.ink[at] > 0.5);
+        run = if has_ink { 0 } else { run + 1 };
+        longest = longest.max(run);
+    }
+    longest
+}
+
+/// Returns the width of the widest connected piece of outline without ink: land with much farther land, or the sky, above
+/// it, and no ink within two pixels.
+fn widest_open_outline_px(drawn: &Drawn) -> usize {
+    let is_open = |x: usize, y: usize| {
+        let near = drawn.nearness[y * WIDTH + x];
+        // The pixel below tells a slope from a step.
+        let is_outline =
+            near > OUTLINE * drawn.nearness[(y - 1) * WIDTH + x] && drawn.nearness[(y + 1) * WIDTH + x] < 1.1 * near;
+        let around = (y - 2..=y + 2).flat_map(|y| (x - 2..=x + 2).map(move |x| y * WIDTH + x));
+        is_outline && around.into_iter().all(|at| drawn.ink[at] < 0.3)
+    };
+    // The length of the run that ends at each pixel of the column before.
+    let mut runs = vec![0; HEIGHT];
+    let mut widest = 0;
+    for x in 4..WIDTH - 4 {
+        let mut here = vec![0; HEIGHT];
+        for y in (4..HEIGHT - 4).filter(|y| is_open(x, *y)) {
+            here[y] = 1 + runs[y - 3..=y + 3].iter().copied().max().unwrap_or(0);
+            widest = widest.max(here[y]);
+        }
+        runs = here;
+    }
+    widest
+}
+
+/// The worlds whose outlines are tested, each with ten views of it: computed land, and real land where it is at hand.
+fn worlds() -> Vec<(&'static str, World, Vec<String>)> {
+    let computed = World::new(grid_of(1025, 1025, 60.0, rough_height_m), 1.0)
+        .map(|world| ("computed", world, around(0.0, 0.0, 300.0, -4.0).collect()));
+    let real = [
+        ("dem/geotiff/mt_rainier_90m.tif", -12_000.0, 9_000.0),
+        ("dem/geotiff/N46E008_alps.tif", 0.0, 0.0),
+        ("dem/geotiff/elev_vinschgau.tif", 0.0, 0.0),
+    ];
+    let real = real.into_iter().filter_map(|(name, x_m, y_m)| {
+        World::filled(name, 1.0).map(|world| (name, world, around(x_m, y_m, 400.0, -4.0).collect()))
+    });
+    computed.into_iter().chain(real).collect()
+}
+
+/// Tests that no skyline has a gap of more than 3 px.
+#[test]
+fn skylines_have_no_gaps() {
+    for (name, mut world, cameras) in worlds() {
+        let longest = cameras.iter().map(|camera| longest_gap_px(&drawn(&mut world, camera, &ink(|_| {}))));
+        let longest: Vec<usize> = longest.collect();
+        println!("{name}: gaps of {longest:?} px");
+        assert!(longest.iter().all(|gap| *gap <= 3), "{name}: {longest:?}");
+        // Planted: ten columns without ink.
+        let mut broken = drawn(&mut world, &cameras[0], &ink(|_| {}));
+        broken
+            .ink
+            .iter_mut()
+            .enumerate()
+            .filter(|(at, _)| (200..210).contains(&(at % WIDTH)))
+            .for_each(|(_, ink)| *ink = 0.0);
+        assert!(longest_gap_px(&broken) >= 8, "{name}: planted");
+    }
+}
+
+/// Tests that outlines before land are whole as well, if all lines are drawn. Planted: without those that are found on the
+/// picture.
+#[test]
+fn outlines_have_no_gaps() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let (mut widest_px, mut planted_px) = (0, 0);
+    for (name, mut world, _) in worlds() {
+        for camera in around(500.0, -700.0, 60.0, -8.0) {
+            let mut widest = |borders: bool| {
+                let style = ink(|strokes| {
+                    (strokes.shortest_px, strokes.shortest_interior_px, strokes.crowd) = (0.0, 0.0, 1.0);
+                    (strokes.taper_px, strokes.slender, strokes.borders) = (0.0, 0.0, borders);
+                });
+                widest_open_outline_px(&drawn(&mut world, &camera, &style))
+            };
+            let [closed, open] = [true, false].map(&mut widest);
+            println!("{name} {camera}: {closed} px, without outlines of the picture {open} px");
+            (widest_px, planted_px) = (widest_px.max(closed), planted_px.max(open));
+        }
+    }
+    assert!(widest_px <= 2 && planted_px > 2, "{widest_px}, planted {planted_px}");
+}
+
+/// Tests that a cap on crowded lines leaves skylines whole, and that the pen is not lifted where two of their strokes
+/// meet. Planted: the same cap without skylines' ranks would leave hardly any ink, as it does elsewhere.
+#[test]
+fn crowded_skylines_stay() {
+    let Some(mut world) = World::new(grid_of(1025, 1025, 60.0, rough_height_m), 1.0) else { return };
+    let camera = "0,-22000,+1200,4,-7,50";
+    let [free, capped] = [1.0, 0.01].map(|cap| drawn(&mut world, camera, &ink(|strokes| strokes.crowd = cap)));
+    let below = |drawn: &Drawn| -> f32 {
+        let is_below = |at: usize| skyline(drawn, at % WIDTH).is_none_or(|y| at / WIDTH > y + 4);
+        (0..WIDTH * HEIGHT).filter(|at| is_below(*at)).map(|at| drawn.ink[at]).sum()
+    };
+    println!("below the skyline {} and {}; gaps {} px", below(&free), below(&capped), longest_gap_px(&capped));
+    assert!(longest_gap_px(&capped) <= 3);
+    assert!(below(&capped) < 0.4 * below(&free), "planted: the cap must remove lines");
+}
+
+/// The length of each stroke, and the mean step behind it, as a part of the step of a line that hides land.
+fn strokes_with_steps(drawn: &Drawn) -> Vec<(f32, f32)> {
+    let nearness = |px: Vec2| {
+        let at = px.floor().clamp(Vec2::ZERO, Vec2::new(WIDTH as f32 - 1.0, HEIGHT as f32 - 1.0));
+        drawn.nearness[at.y as usize * WIDTH + at.x as usize]
+    };
+    let mut strokes: Vec<(f32, Vec<f32>)> = Vec::new();
+    for pair in drawn.samples.windows(2) {
+        let [a, b] = [Vec2::from(pair[0].px), Vec2::from(pair[1].px)];
+        if pair[0].flags & Sample::FIRST != 0 {
+            strokes.push((pair[0].length_px, Vec::new()));
+        }
+        if pair[0].flags & Sample::LAST == 0 && a != b {
+            let across = (b - a).normalize().perp() * 3.0;
+            let sides = [nearness(a + across), nearness(a - across)];
+            let step = 1.0 - sides[0].min(sides[1]) / sides[0].max(sides[1]).max(1e-12);
+            strokes.last_mut().unwrap().1.push((step / 0.3).min(1.0));
+        }
+    }
+    let mean = |steps: &[f32]| steps.iter().sum::<f32>() / steps.len().max(1) as f32;
+    strokes.iter().map(|(length_px, steps)| (*length_px, mean(steps))).collect()
+}
+
+/// Tests that strokes within slopes are long: those under 60 px are at most 3 % of the length of all. Planted: a style
+/// that draws all of them.
+#[test]
+fn slopes_have_no_litter() {
+    let Some(mut world) = World::new(grid_of(1025, 1025, 60.0, rough_height_m), 1.0) else { return };
+    let mut litter = |least_px: f32| {
+        let (mut short_px, mut all_px) = (0.0, 0.0);
+        for camera in around(2_000.0, -3_000.0, 500.0, -12.0) {
+            let style = ink(|strokes| (strokes.shortest_interior_px, strokes.crowd) = (least_px, 1.0));
+            for (length_px, step) in strokes_with_steps(&drawn(&mut world, &camera, &style)) {
+                all_px += length_px;
+                short_px += if length_px < 60.0 && step < 0.4 { length_px } else { 0.0 };
+            }
+        }
+        short_px / all_px
+    };
+    let (kept, planted) = (litter(60.0), litter(0.0));
+    println!(
+        "short strokes within slopes: {:.2} % of the length, {:.2} % without a limit",
+        100.0 * kept,
+        100.0 * planted
+    );
+    assert!(kept <= 0.03 && planted > 0.06, "{kept} {planted}");
+}
