@@ -18,5 +18,9 @@ fn nearness_on(depth: texture_depth_2d, px: vec2<f32>) -> f32 {
 // is reversed: near / distance. `across` is the unit vector across the line.
 fn step_behind(depth: texture_depth_2d, px: vec2<f32>, across: vec2<f32>) -> f32 {
     let sides = vec2<f32>(nearness_on(depth, px + across * SIDE_PX), nearness_on(depth, px - across * SIDE_PX));
+    // What a headset hides has a reversed depth of 1, and is no step.
+    if max(sides.x, sides.y) >= 1.0 {
+        return 0.0;
+    }
     return 1.0 - min(sides.x, sides.y) / max(max(sides.x, sides.y), 1e-9);
 }

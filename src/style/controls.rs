@@ -114,6 +114,7 @@ pub(crate) const RULES: &[Rule] = &[
     // More strokes: a larger share of the area, shorter strokes too, and fainter suggestive contours and ridges.
     shared(Density, "strokes.crowd", Times(2.4)),
     rule(Density, "strokes.shortest_px", Times(0.45)),
+    rule(Density, "strokes.shortest_interior_px", Times(0.45)),
     rule(Density, "strokes.suggestive_rise", Times(0.45)),
     rule(Density, "strokes.ridge_bend", Times(0.55)),
     rule(Density, "lines.crowd", Times(2.2)),

@@ -6,8 +6,9 @@
 // continues no contour. A piece of the skyline between two ridges may be short, and without it the skyline has a gap, so
 // there the least length is SKYLINE_PX. The steps in depth at PLACES segments along the stroke decide.
 //
-// A stroke tapers at its ends, but not where another line begins within MEETS_PX ahead of it: there it goes behind that
-// line, or both are parts of one outline that were not joined, and two tapers would be a gap.
+// A stroke tapers at its ends, but not where it hides land up to its end and another line begins within MEETS_PX ahead of
+// it: there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a
+// gap.
 #import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
 #import hachure::stroke_style::Point
@@ -26,7 +27,7 @@
 @group(0) @binding(9) var ids: texture_2d<u32>;
 
 const PLACES: u32 = 8u;
-const ALONE: f32 = 1.5;
+const ALONE: f32 = 2.0;
 const SKYLINE_PX: f32 = 2.0;
 // Distances ahead of an end between which another line meets it; nearer pixels may be the stroke's own. And the length of
 // stroke that tells what is ahead.
@@ -71,6 +72,9 @@ fn is_met(end: u32, back: i32, count: u32) -> u32 {
         before = points[i32(end) + back * i].px;
     }
     let onward = (px - before) / max(distance(before, px), 1e-6);
+    if step_behind(depth, 0.5 * (px + before), vec2<f32>(onward.y, -onward.x)) < 0.5 * OCCLUDING_STEP {
+        return 0u;
+    }
     let at = px * strokes.resolution;
     let reach = MEETS_PX * strokes.resolution;
     let last = vec2<i32>(strokes.image_px) - 1;
@@ -81,7 +85,7 @@ fn is_met(end: u32, back: i32, count: u32) -> u32 {
         for (var x = low.x; x <= high.x && !found; x++) {
             let way = (vec2<f32>(vec2<i32>(x, y)) + 0.5) / strokes.resolution - px;
             let ahead_px = dot(way, onward);
-            let is_ahead = ahead_px > OWN_PX && ahead_px > 0.7 * length(way) && length(way) <= MEETS_PX;
+            let is_ahead = ahead_px > OWN_PX / min(strokes.resolution, 1.0) && ahead_px > 0.7 * length(way) && length(way) <= MEETS_PX;
             found = is_ahead && textureLoad(ids, vec2<i32>(x, y), 0).r != 0u;
         }
     }

@@ -21,14 +21,14 @@
 @group(0) @binding(5) var<uniform> other_view: View;
 #endif
 
-fn bar_of(own: Sample) -> vec2<f32> {
+fn bar_of(number: u32) -> vec2<f32> {
 #ifdef FOLLOWER
-    let clip = other_view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
+    let clip = other_view.clip_from_camera * vec4<f32>(samples[number].position_m, 1.0);
     // Points that are off-screen or behind the leading eye are nearer than the range of the cap.
     let ndc = clip.xy / max(clip.w, other_view.near_m);
     return bar_at(other_view, crowd, bars, (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(other_view.size_px));
 #else
-    return bar_at(view, crowd, bars, own.px);
+    return bar_at(view, crowd, bars, samples[number].px);
 #endif
 }
 
@@ -38,15 +38,16 @@ const STRIDE: u32 = 4u;
 // Parts of the places with ink between which a stroke goes from left out to drawn.
 const DRAWN: vec2<f32> = vec2<f32>(0.35, 0.65);
 
-// Returns whether the stroke is above the bar at a sample, 0 to 1, and the fraction that remains of strokes that are.
-fn above_bar(own: Sample) -> vec2<f32> {
-    let bar = bar_of(own);
-    return vec2<f32>(remaining_part(vec2<f32>(bar.x, 1.0), min(own.rank, 1.0)), bar.y);
+// Returns whether the stroke is above the bar at a sample, 0 to 1, and the fraction that remains of strokes that are. Of
+// the neighbours only members are read that no thread of this pass writes.
+fn above_bar(number: u32) -> vec2<f32> {
+    let bar = bar_of(number);
+    return vec2<f32>(remaining_part(vec2<f32>(bar.x, 1.0), min(samples[number].rank, 1.0)), bar.y);
 }
 
 // Returns the mean of `above_bar` along the stroke around sample `number`.
 fn above_bar_around(number: u32) -> vec2<f32> {
-    var sum = above_bar(samples[number]);
+    var sum = above_bar(number);
     var count = 1.0;
     for (var way = 0u; way < 2u; way++) {
         let ends = select(LAST, FIRST, way == 1u);
@@ -54,7 +55,7 @@ fn above_bar_around(number: u32) -> vec2<f32> {
         for (var i = 1u; i <= PLACES * STRIDE && (samples[at].flags & ends) == 0u; i++) {
             at = select(at + 1u, at - 1u, way == 1u);
             if i % STRIDE == 0u {
-                sum += above_bar(samples[at]);
+                sum += above_bar(at);
                 count += 1.0;
             }
         }

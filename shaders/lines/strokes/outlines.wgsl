@@ -36,7 +36,8 @@ const SEGMENTS: u32 = 1u;
 
 // Least step in distance, relative to the distance of the farther side, that is an outline.
 const LEAST_STEP: f32 = 0.05;
-// An edge within this distance is the outline itself; it may have been merged into a parallel one.
+// An edge within this distance is the outline itself. It may have been merged into a parallel one, so the distance grows
+// with `merge_px`.
 const EDGE_PX: f32 = 2.5;
 // Largest factor by which the farther surface may come nearer between two pixels.
 const NEARER: f32 = 1.1;
@@ -72,7 +73,7 @@ fn crossing(p: vec2<i32>, q: vec2<i32>) -> Crossing {
 // Returns whether an edge runs near a position.
 fn has_edge(px: vec2<f32>) -> bool {
     let at = px * strokes.resolution;
-    let reach = EDGE_PX * strokes.resolution;
+    let reach = max(EDGE_PX, strokes.merge_px + 1.0) * strokes.resolution;
     let last = vec2<i32>(strokes.image_px) - 1;
     let low = clamp(vec2<i32>(floor(at - reach)), vec2<i32>(0), last);
     let high = clamp(vec2<i32>(floor(at + reach)), vec2<i32>(0), last);

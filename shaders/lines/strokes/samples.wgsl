@@ -155,9 +155,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let px = at.px + view.jitter_px;
         let steps = step_behind(depth, px - way_back, across) + step_behind(depth, px, across)
             + step_behind(depth, px + way_on, across);
-        // The border of the land is a skyline where it is seen from the side, and only an edge of the sheet from above.
+        // The border of the land is a skyline where it is seen from the side, and only an edge of the sheet from above;
+        // outlines that close gaps of it have the kind of contours.
+        let is_edge_of_sheet = at.kind == KIND_BORDER || steps > 3.0 * SKYLINE_STEP;
         let from_above = smoothstep(FROM_ABOVE.x, FROM_ABOVE.y, -normalize(ray_at(view, at.px)).z);
-        step_part = width_of_step(steps / 3.0 * select(1.0, 1.0 - from_above, at.kind == KIND_BORDER));
+        step_part = width_of_step(steps / 3.0 * select(1.0, 1.0 - from_above, is_edge_of_sheet));
     }
     let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);

@@ -1,7 +1,7 @@
 //! Adds segments where the land ends on the picture but no edge was found, so that outlines have no gaps. See
 //! `shaders/lines/strokes/outlines.wgsl`.
 //!
-//! Why: `docs/decisions/edge-visibility.md`.
+//! Why: `docs/decisions/chosen-lines.md`.
 
 use super::Lists;
 use crate::gpu::bind::Resource;
@@ -36,7 +36,12 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, inputs: &Inputs<'_
         lists.counts(),
     ];
     let groups = Groups::Of(depth.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    let definitions: &[&str] = if has_holes { &["HOLES"] } else { &[] };
-    let shader = Compute { name: "lines/strokes/outlines", definitions };
-    Ordered { shader, first_stage_shader: None, groups, words_per_group: 0 }.run(recorder, &resources);
+    for holes in [false, true] {
+        // A prewarming run requests both variants, since a later frame may show other land.
+        if holes == has_holes || recorder.prewarms() {
+            let definitions: &[&str] = if holes { &["HOLES"] } else { &[] };
+            let shader = Compute { name: "lines/strokes/outlines", definitions };
+            Ordered { shader, first_stage_shader: None, groups, words_per_group: 0 }.run(recorder, &resources);
+        }
+    }
 }

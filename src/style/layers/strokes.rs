@@ -26,16 +26,16 @@ parameters! {
         curve_width called "Width at bends": f32 = 0.0 => Range::Within(-1.0, 1.0);
         /// How far a stroke strays from its line, as if drawn by hand; the wobble is fixed to the world.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// Shorter strokes are left out, except pieces of the skyline.
+        /// Shorter strokes are left out, except pieces of the skyline, which stay from 2 px on.
         shortest_px called "Shortest stroke": f32 = 4.0 => Range::Within(0.0, 1000.0);
-        /// Shorter strokes within a slope, with little hidden behind them, are left out.
+        /// Shorter strokes within a slope, with land behind them less than 15 % farther away, are left out.
         shortest_interior_px called "Shortest stroke within slopes": f32 = 0.0 => Range::Within(0.0, 1000.0);
         /// How strongly width depends on distance; 0 is not at all, larger values make near strokes wider and far ones
         /// thinner.
         depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
-        /// Width of strokes that hide land, as a fraction of the width of skylines.
-        occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// Width of strokes within a slope, with little hidden behind them, as a fraction of the width of skylines.
+        /// Width of outlines with land at least 30 % farther away behind them, as a fraction of that of skylines.
+        occluding_width called "Width in front of land": f32 = 1.0 => Range::Within(0.0, 1.0);
+        /// Width of strokes within a slope, with nothing hidden behind them, as a fraction of that of skylines.
         interior_width called "Width within slopes": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.
         slender called "Least length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
@@ -112,8 +112,9 @@ impl LayerBehaviour for Strokes {
     }
 
     fn margins(&self) -> Margins {
-        // Strokes that are scaled for a print taper over more pixels.
-        Margins { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Margins::default() }
+        // Strokes that are scaled for a print taper over more pixels, and each part must see whether they are long enough.
+        let px = (2.0 * self.taper_px).max(self.shortest_px).max(2.0 * self.shortest_interior_px);
+        Margins { margin_px: MARGIN_PX.max(px.ceil() as u32), ..Margins::default() }
     }
 
     fn summary(&self) -> Option<String> {
