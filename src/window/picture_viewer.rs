@@ -350,7 +350,7 @@ mod tests {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let view = still(world.pose("0,-1800,+700,0,-18,50"), SIZE_PX);
         let mut names = BTreeSet::new();
-        for name in ["crosshatch", "ink", "tone-lines"] {
+        for name in ["crosshatch", "lsa", "tone-lines"] {
             let style = Style::load(name).unwrap();
             draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
             let pictures = renderer.eye_targets(0);

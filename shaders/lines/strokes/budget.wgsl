@@ -3,8 +3,8 @@
 //
 // A stroke within a slope has little behind it: it says less than a skyline or a line that hides land, and many short
 // ones are litter. Its least length is `shortest_interior_px`, and ALONE times as much if it is a suggestive contour that
-// continues no contour. A piece of the skyline between two ridges may be short, and without it the skyline has a gap, so
-// there the least length is SKYLINE_PX. The steps in depth at PLACES segments along the stroke decide.
+// continues no contour. A piece of the skyline that another line continues may be short, and without it the skyline has a
+// gap, so there the least length is SKYLINE_PX. The steps in depth at PLACES segments along the stroke decide.
 //
 // A stroke tapers at its ends, but not where it hides land up to its end and another line begins within MEETS_PX ahead of
 // it: there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a
@@ -35,35 +35,6 @@ const OWN_PX: f32 = 1.5;
 const MEETS_PX: f32 = 5.0;
 const AHEAD_PX: f32 = 8.0;
 
-// Returns whether a stroke is long enough to be drawn.
-fn is_long_enough(number: u32, length_px: f32) -> bool {
-    if length_px >= max(ALONE * strokes.shortest_interior_px, strokes.shortest_px) || length_px < SKYLINE_PX {
-        return length_px >= strokes.shortest_px;
-    }
-    let chain = chains[number];
-    let first = chain.first + number;
-    let places = min(chain.count, PLACES);
-    var steps = 0.0;
-    var skylines = 0u;
-    var is_alone = true;
-    for (var i = 0u; i < places; i++) {
-        let at = first + (2u * i + 1u) * chain.count / (2u * places);
-        is_alone = is_alone && points[at].kind == KIND_SUGGESTIVE;
-        let a = points[at].px;
-        let b = points[at + 1u].px;
-        let along = (b - a) / max(distance(a, b), 1e-6);
-        let step = step_behind(depth, 0.5 * (a + b), vec2<f32>(along.y, -along.x));
-        steps += saturate(step / OCCLUDING_STEP);
-        skylines += u32(step > SKYLINE_STEP);
-    }
-    if 2u * skylines > places {
-        return true;
-    }
-    // From half of the step of a line that hides land on, a stroke counts as one.
-    let interior_px = strokes.shortest_interior_px * select(1.0, ALONE, is_alone);
-    return length_px >= max(strokes.shortest_px, select(0.0, interior_px, steps < 0.5 * f32(places)));
-}
-
 // Returns 1 if another line begins ahead of the end `end` of a chain, whose points lie in direction `back` from there.
 fn is_met(end: u32, back: i32, count: u32) -> u32 {
     let px = points[end].px;
@@ -90,6 +61,37 @@ fn is_met(end: u32, back: i32, count: u32) -> u32 {
         }
     }
     return u32(found);
+}
+
+// Returns whether a stroke is long enough to be drawn.
+fn is_long_enough(number: u32, length_px: f32) -> bool {
+    if length_px >= max(ALONE * strokes.shortest_interior_px, strokes.shortest_px) || length_px < SKYLINE_PX {
+        return length_px >= strokes.shortest_px;
+    }
+    let chain = chains[number];
+    let first = chain.first + number;
+    let places = min(chain.count, PLACES);
+    var steps = 0.0;
+    var skylines = 0u;
+    var is_alone = true;
+    for (var i = 0u; i < places; i++) {
+        let at = first + (2u * i + 1u) * chain.count / (2u * places);
+        is_alone = is_alone && points[at].kind == KIND_SUGGESTIVE;
+        let a = points[at].px;
+        let b = points[at + 1u].px;
+        let along = (b - a) / max(distance(a, b), 1e-6);
+        let step = step_behind(depth, 0.5 * (a + b), vec2<f32>(along.y, -along.x));
+        steps += saturate(step / OCCLUDING_STEP);
+        skylines += u32(step > SKYLINE_STEP);
+    }
+    if 2u * skylines > places {
+        let last = first + chain.count;
+        return length_px >= strokes.shortest_px
+            || chain.is_closed == 0u && is_met(first, 1, chain.count) + is_met(last, -1, chain.count) > 0u;
+    }
+    // From half of the step of a line that hides land on, a stroke counts as one.
+    let interior_px = strokes.shortest_interior_px * select(1.0, ALONE, is_alone);
+    return length_px >= max(strokes.shortest_px, select(0.0, interior_px, steps < 0.5 * f32(places)));
 }
 
 @compute @workgroup_size(256)

@@ -26,15 +26,15 @@ parameters! {
         curve_width called "Width at bends": f32 = 0.0 => Range::Within(-1.0, 1.0);
         /// How far a stroke strays from its line, as if drawn by hand; the wobble is fixed to the world.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// Shorter strokes are left out, except pieces of the skyline, which stay from 2 px on.
+        /// Shorter strokes are left out, except pieces of the skyline between other lines.
         shortest_px called "Shortest stroke": f32 = 4.0 => Range::Within(0.0, 1000.0);
         /// Shorter strokes within a slope, with land behind them less than 15 % farther away, are left out.
-        shortest_interior_px called "Shortest stroke within slopes": f32 = 0.0 => Range::Within(0.0, 1000.0);
+        shortest_interior_px called "Shortest within slopes": f32 = 0.0 => Range::Within(0.0, 1000.0);
         /// How strongly width depends on distance; 0 is not at all, larger values make near strokes wider and far ones
         /// thinner.
         depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Width of outlines with land at least 30 % farther away behind them, as a fraction of that of skylines.
-        occluding_width called "Width in front of land": f32 = 1.0 => Range::Within(0.0, 1.0);
+        occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Width of strokes within a slope, with nothing hidden behind them, as a fraction of that of skylines.
         interior_width called "Width within slopes": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.

@@ -111,7 +111,7 @@ fn a_search_finds_names_descriptions_and_families() {
     };
     assert_eq!(search("HOKUSAI"), ["hokusai"], "a name");
     let baselines = search("baselines");
-    assert!(baselines.len() == 5 && baselines.contains(&"roystan"), "a family: {baselines:?}");
+    assert!(baselines.len() == 7 && baselines.contains(&"roystan"), "a family: {baselines:?}");
     let style = crate::style::Style::load("wash").unwrap();
     assert!(search(&style.description).contains(&"wash"), "a description: {}", style.description);
     assert!(search("baselines hokusai").is_empty(), "all words must be found");

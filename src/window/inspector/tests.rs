@@ -138,13 +138,13 @@ fn a_number_is_typed_and_undone() {
     harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
     harness.get_by_label("Strokes: Width, number").type_text("4.5");
     harness.run();
-    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.2, "it is not complete");
+    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.8, "it is not complete");
     harness.key_press(egui::Key::Enter);
     harness.run();
     assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 4.5);
     harness.get_by_label("Undo").click();
     harness.run();
-    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.2);
+    assert_eq!(harness.state().document.style().strokes().unwrap().width_px, 2.8);
     assert_eq!(harness.state().said, ["Undo: Strokes: width 4.5 px"]);
     harness.get_by_label("Redo").click();
     harness.run();
