@@ -176,7 +176,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     }
     let place = place_with_flight();
     let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "96x54"];
-    let more = ["--frames", "5", "--styles", "ink,plain", "-o", "deep/out", "--json"];
+    let more = ["--frames", "5", "--styles", "lsa,plain", "-o", "deep/out", "--json"];
     let report = place.json(&[&flight[..], &more].concat());
     assert_eq!(check_schema(&report), Ok(()));
     let written = std::fs::read(place.path("deep/out/report.json")).unwrap();
@@ -188,7 +188,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     assert!((east_m - f64::from(SIZE[0] - 1) * SPACING_M).abs() < 0.01, "{east_m}");
     let runs = report["runs"].as_array().unwrap();
     assert_eq!(runs.len(), 2);
-    for (run, name) in runs.iter().zip(["ink", "plain"]) {
+    for (run, name) in runs.iter().zip(["lsa", "plain"]) {
         assert_eq!((&run["style"], &run["eyes"], &run["frames"]), (&name.into(), &"mono".into(), &5.into()));
         assert!(run["triangles"].as_u64().unwrap() > 1000);
         assert!(run["memory"]["gpu_bytes"].as_u64().unwrap() > run["memory"]["tile_cache_bytes"].as_u64().unwrap());
@@ -201,8 +201,8 @@ fn a_bench_writes_what_scripts_rely_on() {
         // The passes are those of the style, in order.
         let ran: Vec<_> = run["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap()).collect();
         assert_eq!((ran[0], ran[ran.len() - 1]), ("surface/land/vertices", "composite/composite"));
-        for (pass, of_ink) in [("lines/strokes/stroke", true), ("tones/toon", true), ("tones/plain", false)] {
-            assert_eq!(ran.contains(&pass), of_ink == (name == "ink"), "{name}: {ran:?}");
+        for (pass, of_lsa) in [("lines/lsa", true), ("lines/smooth", true), ("tones/plain", false)] {
+            assert_eq!(ran.contains(&pass), of_lsa == (name == "lsa"), "{name}: {ran:?}");
         }
     }
     // Both styles drew the same mesh.
@@ -212,7 +212,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     let frames = std::fs::read_to_string(place.path("deep/out/frames.csv")).unwrap();
     assert!(frames.starts_with("style,eyes,frame,t_s,frame_ms,gpu_ms,"), "{frames}");
     assert_eq!(frames.lines().count(), 1 + 2 * 5);
-    assert!(frames.lines().nth(5).unwrap().starts_with("ink,mono,4,1,"), "{frames}");
+    assert!(frames.lines().nth(5).unwrap().starts_with("lsa,mono,4,1,"), "{frames}");
     assert_eq!(check_frames(&frames, 2), Ok(()));
     // Planted: a frame without its time, as one that is traced while it is timed.
     let column = frames.lines().next().unwrap().split(',').position(|name| name == "record_ms").unwrap();
@@ -228,7 +228,7 @@ fn a_bench_writes_what_scripts_rely_on() {
     assert!(page.contains("Memory by pass") && page.contains("<td>composite/composite</td>"));
 
     // The same flight again has the same bytes and passes as the report with which it is compared.
-    let more = ["--frames", "5", "--styles", "ink,plain", "--steadiness-pairs", "0", "-o", "again", "--json"];
+    let more = ["--frames", "5", "--styles", "lsa,plain", "--steadiness-pairs", "0", "-o", "again", "--json"];
     let again = place.json(&[&flight[..], &more, &["--compare", "deep/out/report.json"]].concat());
     let changes: Vec<&Value> =
         ["worse", "better"].iter().flat_map(|part| again["comparison"][part].as_array().unwrap()).collect();
@@ -391,7 +391,7 @@ fn a_bench_of_two_eyes_reports_how_they_agree() {
     let place = place_with_flight();
     let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "96x54", "--frames", "3", "--temporal", "1"];
     let of = |more: &[&str]| {
-        let report = place.json(&[&flight[..], &["--styles", "ink,strokes", "-o", "out", "--json"], more].concat());
+        let report = place.json(&[&flight[..], &["--styles", "lsa,strokes", "-o", "out", "--json"], more].concat());
         report["runs"].as_array().unwrap().clone()
     };
     for run in of(&["--eyes", "side-by-side", "--ipd", "auto"]) {
@@ -419,14 +419,14 @@ fn a_sweep_measures_how_exact_each_setting_is() {
     }
     let place = place_with_flight();
     let line = ["bench", "dem.tif", "--path", "flight.csv", "--size", "160x90", "--frames", "3", "-o", "out", "--json"];
-    let sweep = ["--steadiness-pairs", "0", "--sweep", "lod-error=0.5,16", "--sweep", "scale=0.5,1"];
+    let sweep = ["--steadiness-pairs", "0", "--sweep", "lod-error=0.5,16", "--sweep", "scale=0.5,1", "--styles", "lsa"];
     let report = place.json(&[&line[..], &sweep].concat());
     let runs = report["runs"].as_array().unwrap();
     let names: Vec<&str> = runs.iter().map(|run| run["style"].as_str().unwrap()).collect();
     let settings =
         ["lod-error=0.5 scale=0.5", "lod-error=0.5 scale=1", "lod-error=16 scale=0.5", "lod-error=16 scale=1"];
-    let expected: Vec<String> = settings.iter().map(|setting| format!("ink {setting}")).collect();
-    assert_eq!((names[0], &names[1..]), ("ink", &expected.iter().map(String::as_str).collect::<Vec<_>>()[..]));
+    let expected: Vec<String> = settings.iter().map(|setting| format!("lsa {setting}")).collect();
+    assert_eq!((names[0], &names[1..]), ("lsa", &expected.iter().map(String::as_str).collect::<Vec<_>>()[..]));
     assert_eq!(runs[2]["setting"], serde_json::json!({ "lod-error": "0.5", "scale": "1" }));
     assert!(runs.iter().all(|run| run["exactness"]["views"] == 8.0 && run["is_on_front"].is_boolean()), "{report}");
     let of = |run: usize, name: &str| runs[run]["exactness"][name].as_f64().unwrap();

@@ -49,7 +49,7 @@ fn a_part_of_a_film_has_the_frames_of_the_whole() {
     let cold = frame(&place, 14, &[&strokes[..], &["--frames", "14..15", "--warm-up", "0"]].concat());
     assert!(farthest(&whole, &cold) > 4, "planted error, a part without the frames before it");
     // Temporal anti-aliasing forgets: after 32 frames, a rounding is left.
-    let mean = ["--style", "ink", "--antialias", "temporal"];
+    let mean = ["--style", "lsa", "--antialias", "temporal"];
     let whole = frame(&place, 34, &[&mean[..], &["--frames", "..35"]].concat());
     let part = |warm_up: &str| frame(&place, 34, &[&mean[..], &["--frames", "34..35", "--warm-up", warm_up]].concat());
     assert!(farthest(&whole, &part("32")) <= 2, "{}", farthest(&whole, &part("32")));

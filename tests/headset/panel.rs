@@ -109,14 +109,15 @@ fn pushes(from: u64, what: &[&str]) -> String {
 #[test]
 fn the_list_of_styles_changes_the_style() {
     let Some(room) = Room::with_hill() else { return };
-    // `pen` is the second favourite; above it is `ink`.
-    let up = pushes(6, &["/user/hand/right/input/thumbstick:0:1"]);
-    let script = format!("4-14:/user/hand/right/input/trigger/value,{up}");
-    let ink = Style::load("lsa").unwrap();
-    let off = difference(&room, &[("PUSHES", &script)], ("pen", "40"), &ink, 1.0);
+    // `hokusai` is the eighth favourite; below it is `relief`, which remembers nothing of the frames before.
+    let down = pushes(6, &["/user/hand/right/input/thumbstick:0:-1"]);
+    let script = format!("4-14:/user/hand/right/input/trigger/value,{down}");
+    let relief = Style::load("relief").unwrap();
+    let off = difference(&room, &[("PUSHES", &script)], ("hokusai", "40"), &relief, 1.0);
     assert!(off < 0.01, "{off} of the pixels differ");
     // Planted: a list that is only opened changes nothing.
-    let off = difference(&room, &[("PUSHES", "4-14:/user/hand/right/input/trigger/value")], ("pen", "40"), &ink, 1.0);
+    let opened = [("PUSHES", "4-14:/user/hand/right/input/trigger/value")];
+    let off = difference(&room, &opened, ("hokusai", "40"), &relief, 1.0);
     assert!(off > 0.03, "{off}");
 }
 
@@ -141,7 +142,7 @@ fn every_controller_has_the_list_and_the_controls() {
         // Held for more than 0.4 s, which are 36 frames.
         let script = format!("{},{next}", held("4-80", button));
         let script = [("PUSHES", script.as_str()), ("PROFILE", &profile), ("SIZES", "48x40,48x40")];
-        let (_, report, shown) = fly(&room, &script, &["--frames", "90", "--style", "lsa"]);
+        let (_, report, shown) = fly(&room, &script, &["--frames", "90", "--style", "ink"]);
         // Below `ink` is `pen`.
         assert!(report.contains(" pen: "), "{profile}: {report}");
         assert!(shown.iter().any(|shown| shown.frame == 70) && !shown.iter().any(|shown| shown.frame == 90));
