@@ -8,7 +8,8 @@ use hachure::gpu::device::AdapterWish;
 use crate::Place;
 use crate::dem::dem;
 
-const RENDER: [&str; 6] = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "96x54", "-o"];
+const RENDER: [&str; 8] =
+    ["render", "dem.tif", "--style", "lsa", "--camera=-900,-900,+150,40,-12,60", "--size", "96x54", "-o"];
 
 #[test]
 fn a_picture_of_the_frame_is_written_as_it_stands() {
@@ -76,8 +77,13 @@ fn a_picture_of_the_frame_is_written_as_it_stands() {
     );
     assert!(!list.contains("stroke ids"), "the style has no strokes: {list}");
     place.misuse(&[&unknown[..], &["--json"]].concat());
-    for wrong in [&["o.svg", "--style", "pen"][..], &["o.exr", "--aov", "depth"], &["o.png", "--size", "9000x9000"]] {
-        let line = place.misuse(&[&RENDER[..3], &["-o"], wrong, &["--show", "depth"]].concat());
+    for wrong in [
+        &["o.svg", "--style", "pen"][..],
+        &["o.exr", "--style", "lsa", "--aov", "depth"],
+        &["o.png", "--style", "lsa", "--size", "9000x9000"],
+    ] {
+        let render = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "-o"];
+        let line = place.misuse(&[&render[..], wrong, &["--show", "depth"]].concat());
         assert!(line.contains("--show"), "{line}");
     }
     assert!(!place.names().iter().any(|name| name == "none.png" || name.starts_with("o.")));
