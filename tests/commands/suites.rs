@@ -34,7 +34,7 @@ fn place_with_suite() -> Place {
     std::fs::create_dir(place.path("suite")).unwrap();
     let flight = std::fs::read_to_string(place.path("flight.csv")).unwrap();
     place.file("suite/flight.csv", &flight);
-    place.file("suite/own.toml", "name = \"ink\"\nextends = \"ink\"\n");
+    place.file("suite/own.toml", "name = \"ink\"\nextends = \"lsa\"\n");
     place.file("suite/broken.asc", "ncols 3\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 10\n1 2 3\n4 five 6\n");
     place.file("suite/suite.toml", SUITE);
     place

@@ -32,7 +32,7 @@ fn flights(folder: &Path) -> Option<(Report, Vec<RunFrames>)> {
     let gpu = common::gpu()?;
     let (land, _) = common::baked(&common::grid_of(257, 257, 20.0, common::rough_height_m));
     for name in ["first", "second"] {
-        let text = style::preset_text("lsa").unwrap().replace("\"lsa\"", &format!("\"{name}\""));
+        let text = style::preset_text("lsa").unwrap().replacen("\"lsa\"", &format!("\"{name}\""), 1);
         crate::file::atomic::write(&folder.join(format!("{name}.toml")), text.as_bytes()).unwrap();
     }
     let path = "t,x,y,z,yaw,pitch,fov\n0,-900,-900,+250,40,-12,60\n1,-600,-600,+200,60,-10,60\n";
