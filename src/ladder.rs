@@ -356,7 +356,7 @@ mod tests {
         Front {
             style: style.to_owned(),
             points: points.iter().map(point).collect(),
-            ..Front::parse("lsa", FRONTS[0].1).unwrap()
+            ..Front::parse("ink", FRONTS[0].1).unwrap()
         }
     }
 
