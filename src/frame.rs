@@ -78,7 +78,9 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     let terrain = &mut world.terrain;
     terrain.map_water(gpu, style.water().map(|_| sea_level_m));
     terrain.map_horizons(gpu, style.needs_horizons().then_some(light.to_sun));
-    terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()))
+    let prepared = terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()));
+    world.follow_drainage(gpu, rig, style);
+    prepared
 }
 
 /// Returns the detected lines that a style draws. A style with strokes but no detected lines draws them on trees only.
@@ -141,6 +143,8 @@ pub struct Renderer {
     /// The views that are known to be without water.
     dry: dry::DryViews,
     tones: tones::Tones,
+    /// Whether streams and ridge lines were being computed for the last frame.
+    drainage_is_late: bool,
 }
 
 /// CPU time that a frame takes of the thread that draws it, without the time for tiles and patches
@@ -215,6 +219,7 @@ impl Renderer {
             switch: switch::Switch::new(gpu),
             dry: dry::DryViews::default(),
             tones: tones::Tones::default(),
+            drainage_is_late: false,
         })
     }
 
@@ -459,6 +464,7 @@ impl Renderer {
         let wants_ids = self.wants_ids;
         let only_strokes = self.only_strokes;
         let sea_level_m = world.sea_level_m();
+        self.drainage_is_late = world.drainage().is_under_way();
         let sea_changes = self.sea_level_m.replace(sea_level_m).is_some_and(|before| before != sea_level_m);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late || sea_changes;
         // This is known of the last frame's view only. A different view is not at rest anyway.

@@ -31,6 +31,7 @@ mod forest;
 pub mod style;
 mod tiles;
 mod land_mesh;
+mod drainage;
 pub mod world;
 mod surface;
 mod lines;

@@ -8,9 +8,9 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
-use crate::lines::{curvature, rims, smooth, threshold};
+use crate::lines::{curvature, drainage, rims, smooth, threshold};
 use crate::style::layers::{Channels, Fading};
-use crate::style::{Layer, Lines, Style, StyleInk};
+use crate::style::{Drainage, Layer, Lines, Style, StyleInk};
 
 /// The resources that the pass of a layer may bind.
 pub(super) struct EyeInputs<'a> {
@@ -48,6 +48,31 @@ pub(super) fn draw(
     ];
     resources.extend(inputs.world.terrain.resources());
     recorder.pixels(pass.shader, ink.size_px(), &resources);
+    Some(ink)
+}
+
+/// Draws streams or ridge lines, and returns their picture. `number` is that of the layer among those of its kind.
+/// Returns `None`, and draws nothing, in views without them.
+pub(super) fn draw_drainage(
+    recorder: &mut Recorder<'_>,
+    inputs: &FrameInputs<'_>,
+    (layer, number): (&Drainage, usize),
+    at_eye: &EyeInputs<'_>,
+    targets: &mut Targets,
+) -> Option<Target> {
+    let of = layer.drawn_lines()?;
+    let ink = targets.numbered(recorder.gpu(), &drainage::DRAINAGE_INK, number);
+    let drawn = drainage::Inputs {
+        view: at_eye.view,
+        terrain: inputs.world.terrain.uniform(),
+        style: layer,
+        lines: inputs.world.drainage().lines(of),
+        origin_m: inputs.rig.origin_m,
+        distance: at_eye.distance,
+        water: at_eye.water,
+        ink: &ink,
+    };
+    drainage::run(recorder, &drawn);
     Some(ink)
 }
 

@@ -355,9 +355,12 @@ fn finish(
         Layer::Strokes(_) => stroke_ink.cloned(),
         Layer::Rims(_) => rim.clone(),
         Layer::Hatching(_) => marks.cloned(),
-        Layer::ToneLines(_) | Layer::HeightLines(_) | Layer::Cuts(_) | Layer::Rows(_) | Layer::Water(_) => {
-            shaded[eye].inks[index].clone()
-        }
+        Layer::ToneLines(_)
+        | Layer::HeightLines(_)
+        | Layer::Drainage(_)
+        | Layer::Cuts(_)
+        | Layer::Rows(_)
+        | Layer::Water(_) => shaded[eye].inks[index].clone(),
     };
     *layer_inks = style.layers.iter().enumerate().map(picture_of).collect();
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);

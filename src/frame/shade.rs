@@ -165,6 +165,9 @@ pub(super) fn shade(
         Layer::ToneLines(_) => tone_ink.clone(),
         Layer::Rows(_) => rows.clone(),
         Layer::Water(_) => water_ink.clone(),
+        Layer::Drainage(layer) => {
+            inks::draw_drainage(recorder, inputs, (layer, style.layers.number(index)), &at_eye, targets)
+        }
         _ => inks::draw(recorder, inputs, layer, style.layers.number(index), &at_eye, targets),
     });
     let inks = inks.collect();

@@ -18,7 +18,7 @@ use crate::scene::Light;
 use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
 use crate::style::layers::{Channels, Fading, Trace};
-use crate::style::{Layer, Style, StyleInk};
+use crate::style::{DrainageLines, Layer, Style, StyleInk};
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
@@ -144,6 +144,10 @@ pub(super) fn read(
 fn kind_of(style: &Style, style_ink: &StyleInk) -> InkKind {
     match style_ink.layer.and_then(|layer| style.layers.get(layer)) {
         Some(Layer::HeightLines(_)) => InkKind::ContourLine,
+        Some(Layer::Drainage(drainage)) => match drainage.of {
+            DrainageLines::Streams => InkKind::Stream,
+            DrainageLines::Ridges => InkKind::RidgeLine,
+        },
         Some(Layer::Rims(_)) => InkKind::Rim,
         Some(Layer::Water(water)) if water.has_only_shores() => InkKind::Shoreline,
         Some(Layer::Water(_)) => InkKind::WaterLine,

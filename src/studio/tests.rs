@@ -290,15 +290,15 @@ fn pasted_texts_are_values() {
 #[test]
 fn layers_are_moved_copied_and_removed() {
     let mut document = open("crosshatch");
-    assert_eq!(kinds(document.style()), ["hatching", "water", "rims", "strokes"]);
+    assert_eq!(kinds(document.style()), ["hatching", "drainage", "water", "rims", "strokes"]);
     let comment = "# Thins out crowded strokes; far ranges keep their skylines.\ncrowd = 0.07\n";
-    document.edit_layers(&LayerEdit::Move(3, 0)).unwrap();
-    assert_eq!(kinds(document.style()), ["strokes", "hatching", "water", "rims"]);
+    document.edit_layers(&LayerEdit::Move(4, 0)).unwrap();
+    assert_eq!(kinds(document.style()), ["strokes", "hatching", "drainage", "water", "rims"]);
     assert!(document.text().contains(comment) && document.style().hatching().unwrap().sets.len() == 3);
     document.edit_layers(&LayerEdit::Add("cuts")).unwrap();
     document.edit_layers(&LayerEdit::Duplicate(2)).unwrap();
     let copied = kinds(document.style());
-    assert_eq!(copied, ["strokes", "hatching", "cuts", "cuts", "water", "rims"]);
+    assert_eq!(copied, ["strokes", "hatching", "cuts", "cuts", "drainage", "water", "rims"]);
     // The second layer of a kind has values of its own.
     document.set("cuts[1].form_px", 99.0).unwrap();
     let forms: Vec<f32> = document
@@ -315,11 +315,11 @@ fn layers_are_moved_copied_and_removed() {
     let before = document.text().to_owned();
     let error = document.edit_layers(&LayerEdit::Duplicate(1)).unwrap_err().to_string();
     assert!(error.contains("at most one layer"), "{error}");
-    assert!(document.edit_layers(&LayerEdit::Remove(6)).is_err());
-    assert!(document.edit_layers(&LayerEdit::Move(0, 6)).is_err());
+    assert!(document.edit_layers(&LayerEdit::Remove(7)).is_err());
+    assert!(document.edit_layers(&LayerEdit::Move(0, 7)).is_err());
     assert_eq!(document.text(), before);
     document.edit_layers(&LayerEdit::Remove(0)).unwrap();
-    assert_eq!(kinds(document.style()), ["hatching", "cuts", "cuts", "water", "rims"]);
+    assert_eq!(kinds(document.style()), ["hatching", "cuts", "cuts", "drainage", "water", "rims"]);
     while document.undo().is_some() {}
     assert_eq!(document.text(), preset_text("crosshatch").unwrap());
 }
@@ -365,18 +365,18 @@ fn sections_and_entries_come_and_go() {
 fn hidden_layers_are_not_drawn_and_no_edit() {
     let mut document = open("crosshatch");
     document.toggle_hidden("hatching");
-    assert_eq!(kinds(&document.drawn()), ["water", "rims", "strokes"]);
+    assert_eq!(kinds(&document.drawn()), ["drainage", "water", "rims", "strokes"]);
     assert!(!document.is_edited() && document.step_names() == [None, None]);
     document.toggle_solo("strokes");
     assert_eq!(kinds(&document.drawn()), ["strokes"]);
     document.toggle_solo("strokes");
-    assert_eq!(kinds(&document.drawn()), ["water", "rims", "strokes"]);
+    assert_eq!(kinds(&document.drawn()), ["drainage", "water", "rims", "strokes"]);
     document.toggle_hidden("hatching");
     assert_eq!(document.drawn(), *document.style());
     // A layer that is removed while it is alone must not leave an empty picture.
     document.toggle_solo("strokes");
-    document.edit_layers(&LayerEdit::Remove(3)).unwrap();
-    assert_eq!(kinds(&document.drawn()), ["hatching", "water", "rims"]);
+    document.edit_layers(&LayerEdit::Remove(4)).unwrap();
+    assert_eq!(kinds(&document.drawn()), ["hatching", "drainage", "water", "rims"]);
 }
 
 #[test]

@@ -14,6 +14,7 @@
 //! Why: `docs/decisions/ink-layers.md`.
 
 mod cuts;
+mod drainage;
 mod form;
 pub mod hatching;
 mod height_lines;
@@ -36,6 +37,7 @@ use toml_edit::{ArrayOfTables, Item, Table, value};
 #[cfg(test)]
 pub(crate) use cuts::CUT_INK;
 pub use cuts::{Cuts, PlaneFamily};
+pub use drainage::{Drainage, DrainageLines, DrainageViews};
 pub(crate) use form::key_in_document;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
 pub(crate) use hatching::Hatching;
@@ -171,6 +173,8 @@ layer_kinds! {
     "cuts" Cuts: lowest_cuts, lowest_cuts_mut, set_cuts, at most 4;
     /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
     "rows" Rows, called "Rows of hachures": rows, rows_mut, set_rows, at most 1;
+    /// Streams or ridge lines, which follow from how the land drains.
+    "drainage" Drainage, called "Streams and ridges": lowest_drainage, lowest_drainage_mut, set_drainage, at most 2;
     /// Lakes and the sea; without this layer they are drawn as land.
     "water" Water: water, water_mut, set_water, at most 1;
     /// Dashed outlines of no-data areas; a style that does not list this layer has it with its default values.

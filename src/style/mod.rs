@@ -37,8 +37,8 @@ pub(crate) use held::StyleFiles;
 use layers::RecipeSource;
 pub(crate) use layers::StyleInk;
 pub use layers::{
-    Cuts, Detector, Epsilon, HeightLines, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes, ToneLight,
-    ToneLines, Water, hatching,
+    Cuts, Detector, Drainage, DrainageLines, DrainageViews, Epsilon, HeightLines, Layer, Layers, Lines, PlaneFamily,
+    Rims, Rows, Stereo, Strokes, ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};
@@ -222,6 +222,14 @@ impl Style {
         style.layers.iter_mut().for_each(|layer| layer.behaviour_mut().prepare_for_map(pixel_m));
         let focus = style.focus.take().filter(|focus| focus.distance_m.is_none());
         Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style }
+    }
+
+    /// Returns the kinds of lines of drainage that are drawn: streams, ridge lines, both or none.
+    pub(crate) fn drainage_lines(&self) -> impl Iterator<Item = DrainageLines> + '_ {
+        self.layers.iter().filter_map(|layer| match layer {
+            Layer::Drainage(layer) => layer.drawn_lines(),
+            _ => None,
+        })
     }
 
     /// Returns whether the land is drawn with rows or cut lines, so that hatching applies only to models and trees.

@@ -21,6 +21,7 @@ mod curvature;
 mod cuts;
 mod depth;
 mod derive;
+mod drainage;
 mod device;
 mod dry;
 mod extremes;

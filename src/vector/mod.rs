@@ -111,6 +111,10 @@ pub(crate) enum InkKind {
     Mark,
     /// Contour lines of height.
     ContourLine,
+    /// Streams.
+    Stream,
+    /// Ridge lines that follow from how the land drains.
+    RidgeLine,
     /// Dashes along no-data.
     Rim,
     /// Lines along the shores of water.
@@ -125,6 +129,8 @@ impl InkKind {
         match self {
             Self::Mark => "mark",
             Self::ContourLine => "contour line",
+            Self::Stream => "stream",
+            Self::RidgeLine => "ridge line",
             Self::Rim => "rim",
             Self::Shoreline => "shoreline",
             Self::WaterLine => "water line",
@@ -182,6 +188,10 @@ pub(crate) struct DrawingReport {
     pub ridges: u64,
     /// Number of paths along valleys.
     pub valleys: u64,
+    /// Number of paths along streams.
+    pub streams: u64,
+    /// Number of paths along ridge lines.
+    pub ridge_lines: u64,
     /// Number of paths that are marks: hachures, hatching, and other lines without a count of their own.
     pub marks: u64,
     /// Number of paths that are contour lines of height.
@@ -218,6 +228,8 @@ impl DrawingReport {
         ];
         let inks = [
             (self.contour_lines, InkKind::ContourLine),
+            (self.streams, InkKind::Stream),
+            (self.ridge_lines, InkKind::RidgeLine),
             (self.marks, InkKind::Mark),
             (self.rims, InkKind::Rim),
             (self.shorelines, InkKind::Shoreline),
@@ -239,6 +251,8 @@ impl DrawingReport {
         self.valleys += other.valleys;
         self.marks += other.marks;
         self.contour_lines += other.contour_lines;
+        self.streams += other.streams;
+        self.ridge_lines += other.ridge_lines;
         self.rims += other.rims;
         self.shorelines += other.shorelines;
         self.water_lines += other.water_lines;
@@ -308,6 +322,8 @@ fn layer(
         GroupKind::Strokes(EdgeKind::Valley) => &mut report.valleys,
         GroupKind::Ink(InkKind::Mark) => &mut report.marks,
         GroupKind::Ink(InkKind::ContourLine) => &mut report.contour_lines,
+        GroupKind::Ink(InkKind::Stream) => &mut report.streams,
+        GroupKind::Ink(InkKind::RidgeLine) => &mut report.ridge_lines,
         GroupKind::Ink(InkKind::Rim) => &mut report.rims,
         GroupKind::Ink(InkKind::Shoreline) => &mut report.shorelines,
         GroupKind::Ink(InkKind::WaterLine) => &mut report.water_lines,

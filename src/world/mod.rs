@@ -21,12 +21,16 @@ use self::given_water::GivenWater;
 pub(crate) use self::open::inputs_of;
 pub use self::open::{OpenWorld, WorldError, open_store, scene_of};
 pub(crate) use self::open::{exaggerated, rounded};
+use crate::drainage::{Drainage, Land};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;
 pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
+use crate::scene::view::Rig;
 use crate::scene::{Forest, Wind};
+use crate::style::Style;
+use crate::tiles::terrain::Loading;
 pub use crate::tiles::terrain::{Terrain, TerrainError, TerrainOptions};
 
 /// Keeps pipelines, as the driver compiled them, in hachure's cache folder. Without a cache folder each run compiles
@@ -49,6 +53,7 @@ pub struct Surfaces {
     sea_level_m: Option<f64>,
     exaggeration: f64,
     given_water: Option<Arc<GivenWater>>,
+    drainage: Drainage,
 }
 
 impl From<Terrain> for Surfaces {
@@ -65,6 +70,7 @@ impl From<Terrain> for Surfaces {
             sea_level_m: None,
             exaggeration: 1.0,
             given_water: None,
+            drainage: Drainage::default(),
         }
     }
 }
@@ -155,6 +161,21 @@ impl Surfaces {
     /// Replaces or removes the given water. To be called before the first frame, because maps of tiles are cached.
     pub(crate) fn set_given_water(&mut self, water: Option<Arc<GivenWater>>) {
         self.given_water = water;
+    }
+
+    /// Returns the streams and ridge lines of what is in view.
+    pub(crate) fn drainage(&self) -> &Drainage {
+        &self.drainage
+    }
+
+    /// Updates the streams and ridge lines that a style draws for what a rig sees.
+    pub(crate) fn follow_drainage(&mut self, gpu: &Gpu, rig: &Rig, style: &Style) {
+        let waits = self.terrain.options().loading == Loading::Wait;
+        for of in style.drainage_lines() {
+            let land =
+                Land { store: Arc::clone(self.terrain.store()), projection: self.terrain.grid_projection().clone() };
+            self.drainage.follow(gpu, &land, rig, of, waits);
+        }
     }
 
     /// Replaces or removes the wind.

@@ -277,10 +277,10 @@ fn layers_have_buttons() {
     let kinds = |harness: &Harness<'_, Bench>| -> Vec<&'static str> {
         harness.state().document.style().layers.iter().map(crate::style::Layer::kind).collect()
     };
-    assert_eq!(kinds(&harness), ["hatching", "water", "strokes", "rims"]);
+    assert_eq!(kinds(&harness), ["hatching", "drainage", "water", "strokes", "rims"]);
     harness.get_by_label("Water: Remove").click();
     harness.run();
-    assert_eq!(kinds(&harness), ["hatching", "strokes", "rims"]);
+    assert_eq!(kinds(&harness), ["hatching", "drainage", "strokes", "rims"]);
     harness.get_by_label("Add Focus").click();
     harness.run();
     assert!(harness.state().document.style().focus.is_some());
