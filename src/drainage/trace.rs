@@ -256,16 +256,19 @@ mod tests {
 
     #[test]
     fn lines_end_at_water() {
+        let ends = |reliefs: &[f64]| -> Vec<[usize; 2]> {
+            beside_water(reliefs).into_iter().map(|part| [part.start, part.end]).collect()
+        };
         let with = |level: usize| {
             let mut reliefs = vec![0.1; 60];
             reliefs[20..20 + level].fill(0.0);
-            beside_water(&reliefs)
+            ends(&reliefs)
         };
-        assert_eq!(with(30), [0..20, 50..60]);
-        assert_eq!(with(40), [0..20]);
+        assert_eq!(with(30), [[0, 20], [50, 60]]);
+        assert_eq!(with(40), [[0, 20]]);
         // A few level points are a plain, not a lake.
-        assert_eq!(with(LEVEL_POINTS - 1), [0..60]);
-        assert!(beside_water(&[0.0; 40]).is_empty());
+        assert_eq!(with(LEVEL_POINTS - 1), [[0, 60]]);
+        assert!(ends(&[0.0; 40]).is_empty());
     }
 
     #[test]
