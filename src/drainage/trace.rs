@@ -11,7 +11,7 @@ use glam::{DVec2, dvec2};
 use super::flow::{Flow, Grid, Sense};
 
 /// Number of times that the mean of neighbouring points (weights 1, 2, 1) is taken: about as many samples are smoothed.
-const SMOOTHINGS: usize = 6;
+const SMOOTHINGS: usize = 10;
 /// Distances in samples at which the land on both sides of a line is compared with the line: the one at which the line
 /// stands out more counts.
 const ASIDE_SAMPLES: [f64; 2] = [3.0, 8.0];

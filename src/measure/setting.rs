@@ -22,6 +22,7 @@ const TILE_ERRORS_M: NumberRange = NumberRange::Within(0.0, 100.0);
 
 /// The measured fronts of presets, by name.
 pub(crate) const FRONTS: &[(&str, &str)] = &[
+    ("crosshatch", include_str!("../../benches/fronts/crosshatch.toml")),
     ("ink", include_str!("../../benches/fronts/ink.toml")),
     ("lsa", include_str!("../../benches/fronts/lsa.toml")),
     ("strokes", include_str!("../../benches/fronts/strokes.toml")),

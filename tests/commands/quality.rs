@@ -57,7 +57,7 @@ fn a_front_is_measured_and_drawn_with() {
     for (arguments, cause) in [
         (
             &["--quality", "draft", "--style", "plain"][..],
-            "plain has no measured settings for --quality and --budget (presets that have some: ink, ",
+            "plain has no measured settings for --quality and --budget (presets that have some: crosshatch, ink, ",
         ),
         (&["--quality", "best"], "draft"),
         (&["--front", "trade/front-ink.toml"], "--quality"),
