@@ -29,9 +29,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let bend = textureLoad(shape_bend, block, 0);
     let to_eye = view.eye_m - place_of_pixel(view, pixel_of_block(view, block), seen.w);
     let distance_m = length(to_eye);
-    let shape = Shape(seen.xyz, bend.xyz, textureLoad(shape_change, block, 0));
+    let change = textureLoad(shape_change, block, 0);
+    let shape = Shape(seen.xyz, bend.xyz, change);
     let own = radial_of(shape, to_eye / distance_m);
-    let feature_m = bend.w;
+    // No line is found near the land's border (surface/curvature.wgsl).
+    let feature_m = select(bend.w, 0.0, all(change == vec4<f32>(0.0)));
     textureStore(radial, block,
         vec4<f32>(own.curvature * distance_m / view.focal_px, own.change * feature_m * feature_m, own.facing, seen.w));
 }

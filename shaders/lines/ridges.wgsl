@@ -116,9 +116,12 @@ fn crest_of(block: vec2<i32>) -> Crest {
     let bend = ridge_rules.orientation * shape.xyz;
     let found = principal_of(bend);
     let frame = frame_of(seen.xyz);
-    let change = ridge_rules.orientation * form3(textureLoad(shape_change, block, 0), found.along, found.along, found.along);
+    let third = textureLoad(shape_change, block, 0);
+    let change = ridge_rules.orientation * form3(third, found.along, found.along, found.along);
     let least = ridge_rules.min_bend;
     var corner = corner_at(view, block, seen, change, 0.0);
+    // Near the land's border (surface/curvature.wgsl).
+    corner.is_there = corner.is_there && any(third != vec4<f32>(0.0));
     corner.room = min(min((found.most * shape.w - least) / max(least, 0.01), (MAX_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
         facing_of(corner) - MIN_FACING);
     return Crest(corner, frame * found.along);

@@ -33,7 +33,8 @@ struct CurvatureRules {
 @group(0) @binding(4) var shape_normal: texture_storage_2d<rgba32float, write>;
 // xyz: `Shape.bend`; w: size of a sample of the form, in metres.
 @group(0) @binding(5) var shape_bend: texture_storage_2d<rgba32float, write>;
-// `Shape.change`.
+// `Shape.change`; 0 near the land's border, where the curvature is that of a place farther inside, and where no line is
+// found: it would run straight to the border.
 @group(0) @binding(6) var shape_change: texture_storage_2d<rgba32float, write>;
 
 // Distance from the land's border, in samples, at which curvature near the border is evaluated: closer to it the form
@@ -102,5 +103,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sample_m = terrain.spacing_m * exp2(clamp(level, 0.0, f32(terrain.level_count - 1) + MAX_BEYOND));
     textureStore(shape_normal, block, vec4<f32>(shape.normal, at.w));
     textureStore(shape_bend, block, vec4<f32>(shape.bend, sample_m));
-    textureStore(shape_change, block, shape.change);
+    let is_inside = all(inside(point.g, level) == point.g);
+    textureStore(shape_change, block, select(vec4<f32>(0.0), shape.change, is_inside));
 }

@@ -4,6 +4,7 @@
 
 use crate::tests::common;
 mod apparent;
+mod border;
 mod crests;
 mod ridges;
 mod stereo;
