@@ -215,11 +215,15 @@ impl Style {
 
     /// Returns the style for a map on which a pixel of the unscaled style is `pixel_m` metres. Effects that depend on
     /// the position of the eye are removed, as in [`Scene::for_map`](crate::scene::Scene::for_map), and contour lines
-    /// of height get an interval for the map's scale.
+    /// of height get an interval for the map's scale. Streams and ridge lines are drawn, and the light has as much shadow
+    /// as `light.map_shadow` says.
     #[must_use]
     pub fn for_map(self, pixel_m: f64) -> Self {
         let mut style = self;
         style.layers.iter_mut().for_each(|layer| layer.behaviour_mut().prepare_for_map(pixel_m));
+        for value in [&mut style.light.shadow, &mut style.light.occlusion, &mut style.light.crests] {
+            *value *= style.light.map_shadow;
+        }
         let focus = style.focus.take().filter(|focus| focus.distance_m.is_none());
         Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style }
     }

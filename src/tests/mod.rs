@@ -55,6 +55,7 @@ mod light;
 mod line_pictures;
 mod load;
 mod lsa;
+mod map_tone;
 mod measure;
 mod memory_world;
 mod meshes;
