@@ -143,8 +143,9 @@ pub struct Renderer {
     /// The views that are known to be without water.
     dry: dry::DryViews,
     tones: tones::Tones,
-    /// Whether streams and ridge lines were being computed for the last frame.
+    /// Whether streams and ridge lines were being computed for the last frame, and how often some had arrived.
     drainage_is_late: bool,
+    drainage_arrivals: u64,
 }
 
 /// CPU time that a frame takes of the thread that draws it, without the time for tiles and patches
@@ -220,6 +221,7 @@ impl Renderer {
             dry: dry::DryViews::default(),
             tones: tones::Tones::default(),
             drainage_is_late: false,
+            drainage_arrivals: 0,
         })
     }
 
@@ -465,11 +467,14 @@ impl Renderer {
         let only_strokes = self.only_strokes;
         let sea_level_m = world.sea_level_m();
         self.drainage_is_late = world.drainage().is_under_way();
+        let arrivals = world.drainage().arrivals();
+        let drainage_changes =
+            std::mem::replace(&mut self.drainage_arrivals, arrivals) != arrivals || self.drainage_is_late;
         let sea_changes = self.sea_level_m.replace(sea_level_m).is_some_and(|before| before != sea_level_m);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late || sea_changes;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
-        let changes = land_changes || strokes_settle || sways || self.tones.is_settling();
+        let changes = land_changes || strokes_settle || sways || self.tones.is_settling() || drainage_changes;
         let error_px = prepared.detail.error_px;
         let has_room = self.room_px.is_some() && !resized;
         let inputs = antialias::SampleInputs { rig, style, light, error_px, changes, has_room };

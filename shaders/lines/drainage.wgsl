@@ -36,7 +36,7 @@ struct DrainageRules {
 }
 
 // Rank of the last point of each line.
-const LAST_OF_LINE: f32 = -1.0;
+const LAST_OF_LINE: f32 = -1000.0;
 // A line is as wide as it gets where 2^WIDEST_RANK times the least area drains through it.
 const WIDEST_RANK: f32 = 8.0;
 // Part of the distance by which a line may be behind the visible land: its heights are those of samples, and the land is

@@ -16,6 +16,7 @@ mod trace;
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
 
 use glam::{DVec2, DVec3};
 
@@ -33,6 +34,8 @@ use crate::style::DrainageLines;
 const POINTS: BufferKind = BufferKind::storage("drainage points");
 /// Least number of samples that drain through a line.
 const LEAST_SAMPLES: f32 = 40.0;
+/// Time after an error until the same lines are computed again.
+const RETRY: Duration = Duration::from_secs(10);
 
 /// Streams or ridge lines on the GPU.
 #[derive(Clone, Debug)]
@@ -54,6 +57,8 @@ pub(crate) struct Drainage {
     store: Option<Arc<dyn TileStore>>,
     streams: Lines,
     ridges: Lines,
+    /// How often lines have arrived.
+    arrivals: u64,
 }
 
 /// The lines of one kind.
@@ -63,6 +68,8 @@ struct Lines {
     known: Option<(Region, DrawnLines)>,
     /// The region that is being computed.
     under_way: Option<(Region, Receiver<Computed>)>,
+    /// When the known lines were found to be missing because of an error.
+    failed: Option<Instant>,
 }
 
 /// Lines before they are on the GPU.
@@ -92,23 +99,14 @@ impl Drainage {
             DrainageLines::Streams => (&mut self.streams, Sense::Down),
             DrainageLines::Ridges => (&mut self.ridges, Sense::Up),
         };
-        if let Some((under_way, result)) = &lines.under_way {
-            match result.try_recv() {
-                Ok(computed) => {
-                    let under_way = *under_way;
-                    lines.under_way = None;
-                    lines.take(gpu, under_way, computed);
-                }
-                Err(TryRecvError::Empty) => {}
-                Err(TryRecvError::Disconnected) => lines.under_way = None,
-            }
-        }
         let Some(region) = Region::seen(land, rig) else { return };
-        if lines.known.as_ref().is_some_and(|(known, _)| *known == region) {
+        let is_retried = lines.failed.is_some_and(|failed| failed.elapsed() > RETRY);
+        if lines.known.as_ref().is_some_and(|(known, _)| *known == region) && !is_retried {
             return;
         }
         if waits {
             lines.take(gpu, region, compute(land, region, sense));
+            self.arrivals += 1;
             return;
         }
         if lines.under_way.is_some() {
@@ -126,6 +124,30 @@ impl Drainage {
         }
     }
 
+    /// Takes lines that have been computed in the meantime, of all kinds: a style may have stopped drawing one.
+    pub(crate) fn take_arrived(&mut self, gpu: &Gpu) {
+        for lines in [&mut self.streams, &mut self.ridges] {
+            let Some((region, result)) = &lines.under_way else { continue };
+            let computed = match result.try_recv() {
+                Ok(computed) => computed,
+                Err(TryRecvError::Empty) => continue,
+                // The thread has panicked: there are no lines, and no other attempt.
+                Err(TryRecvError::Disconnected) => {
+                    Computed { origin_m: DVec3::ZERO, sample_m: 0.0, points: Ok(Vec::new()) }
+                }
+            };
+            let region = *region;
+            lines.under_way = None;
+            lines.take(gpu, region, computed);
+            self.arrivals += 1;
+        }
+    }
+
+    /// Returns how often lines have arrived.
+    pub(crate) fn arrivals(&self) -> u64 {
+        self.arrivals
+    }
+
     /// Returns whether lines are being computed.
     pub(crate) fn is_under_way(&self) -> bool {
         self.streams.under_way.is_some() || self.ridges.under_way.is_some()
@@ -135,6 +157,7 @@ impl Drainage {
 impl Lines {
     /// Puts lines onto the GPU. After an error the land is drawn without them.
     fn take(&mut self, gpu: &Gpu, region: Region, computed: Computed) {
+        self.failed = computed.points.is_err().then(Instant::now);
         let points = computed.points.unwrap_or_else(|error| {
             tracing::warn!("streams and ridge lines are missing: {error}");
             Vec::new()

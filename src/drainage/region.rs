@@ -21,8 +21,11 @@ const SAMPLES_PER_PX: f64 = 1.3;
 /// A region extends beyond what is in view by this part of its size, so that lines in view have most of what drains into
 /// them.
 const MARGIN: f64 = 0.15;
-/// Land that is farther away than this many times the eye's height above it is not looked at.
+/// Land that is farther away than this many times the eye's height above it, or the range of heights if that is more, is
+/// not looked at.
 const FARTHEST: f64 = 20.0;
+/// Number of coarser tiles that are kept while a missing tile is read.
+const KEPT_TILES: usize = 4;
 /// Rays along each side of the picture that find what is in view.
 const RAYS: u32 = 8;
 
@@ -152,7 +155,8 @@ impl Region {
         // A sparse pyramid: a coarser tile has all the detail.
         let levels = land.store.levels();
         let scale = samples_of(levels[0]) / samples_of(levels[self.level as usize]);
-        let mut loaded: Option<(TileAddress, LoadedTile)> = None;
+        // Rows cross the borders of coarser tiles.
+        let mut loaded: Vec<(TileAddress, LoadedTile)> = Vec::new();
         let mut heights = Vec::with_capacity((TILE_SAMPLES * TILE_SAMPLES) as usize);
         for (row, column) in (0..TILE_SAMPLES).flat_map(|row| (0..TILE_SAMPLES).map(move |column| (row, column))) {
             let at = ((tile * TILE_SAMPLES + UVec2::new(column, row)).as_dvec2() + 0.5) * scale - 0.5;
@@ -161,10 +165,12 @@ impl Region {
             let height_m = match known {
                 None => None,
                 Some(address) => {
-                    if loaded.as_ref().is_none_or(|(of, _)| *of != address) {
-                        loaded = Some((address, Arc::clone(&land.store).load(address)?));
+                    if !loaded.iter().any(|(of, _)| *of == address) {
+                        loaded.truncate(KEPT_TILES - 1);
+                        loaded.insert(0, (address, Arc::clone(&land.store).load(address)?));
                     }
-                    loaded.as_ref().and_then(|(_, from)| height_in_tile(levels, address, &from.tile, at.x, at.y))
+                    let from = loaded.iter().find(|(of, _)| *of == address);
+                    from.and_then(|(_, from)| height_in_tile(levels, address, &from.tile, at.x, at.y))
                 }
             };
             heights.push(height_m.map_or(f32::NAN, |height_m| height_m as f32));

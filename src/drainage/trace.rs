@@ -67,8 +67,8 @@ pub(crate) fn lines(grid: &Grid, flow: &Flow, sense: Sense, least_samples: f32) 
         let flows_on = receiver != mouth;
         if flows_on {
             let [x, y] = smoothed_places[receiver as usize].map(f64::from);
-            let met = dvec2(x, y);
-            places.insert(0, if met.is_nan() { place_of(&receiver) } else { met });
+            // Receivers come first, so their places are known.
+            places.insert(0, dvec2(x, y));
             samples.insert(0, mouth);
         }
         smooth(&mut places);
@@ -78,15 +78,15 @@ pub(crate) fn lines(grid: &Grid, flow: &Flow, sense: Sense, least_samples: f32) 
         if places.len() < 3 {
             continue;
         }
-        let own_reliefs = reliefs_of(grid, sense, &places);
-        let reliefs = averaged(&own_reliefs);
+        let sides: Vec<Sides> = (0..places.len()).map(|index| sides_of(grid, sense, &places, index)).collect();
+        let reliefs = averaged(&sides.iter().map(|sides| sides.relief).collect::<Vec<_>>());
         let point = |index: usize| {
             let place = places[index];
             let height_m = grid.height_m(place)? as f32;
             let area_m2 = (f64::from(area(samples[index])) * sample_m2) as f32;
             Some(Point { place, height_m, area_m2, relief: reliefs[index] as f32 })
         };
-        for piece in beside_water(&own_reliefs) {
+        for piece in beside_water(&sides) {
             let points: Vec<Point> = piece.filter_map(point).collect();
             if points.len() >= 2 {
                 lines.push(points);
@@ -96,12 +96,21 @@ pub(crate) fn lines(grid: &Grid, flow: &Flow, sense: Sense, least_samples: f32) 
     lines
 }
 
-/// Returns the parts of a line that are not on water, given the relief of its points.
-fn beside_water(reliefs: &[f64]) -> Vec<Range<usize>> {
+/// The land on both sides of a point of a line.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sides {
+    /// See [`Point::relief`].
+    relief: f64,
+    /// Whether the land on both sides is as high as the point.
+    is_level: bool,
+}
+
+/// Returns the parts of a line that are not on water, given the land on both sides of its points.
+fn beside_water(sides: &[Sides]) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let (mut start, mut level) = (0, 0);
-    for (index, relief) in reliefs.iter().enumerate() {
-        if *relief == 0.0 {
+    for (index, sides) in sides.iter().enumerate() {
+        if sides.is_level {
             level += 1;
             if level == LEVEL_POINTS {
                 parts.push(start..index + 1 - level);
@@ -114,7 +123,7 @@ fn beside_water(reliefs: &[f64]) -> Vec<Range<usize>> {
         }
     }
     if level < LEVEL_POINTS {
-        parts.push(start..reliefs.len());
+        parts.push(start..sides.len());
     }
     parts.retain(|part| part.len() >= 2);
     parts
@@ -133,20 +142,21 @@ fn smooth<T: Copy + std::ops::Add<Output = T> + std::ops::Mul<f64, Output = T>>(
     }
 }
 
-/// Returns how much the land rises or falls on both sides of each place, see [`Point::relief`].
-fn reliefs_of(grid: &Grid, sense: Sense, places: &[DVec2]) -> Vec<f64> {
+/// Returns the land on both sides of a point. Where there is none it has no relief, and is not level.
+fn sides_of(grid: &Grid, sense: Sense, places: &[DVec2], index: usize) -> Sides {
     let sign = if sense == Sense::Down { 1.0 } else { -1.0 };
     let step_m = DVec2::from_array(grid.step_m);
-    let relief = |index: usize, aside: f64| {
-        let along = places[(index + 1).min(places.len() - 1)] - places[index.saturating_sub(1)];
+    let along = places[(index + 1).min(places.len() - 1)] - places[index.saturating_sub(1)];
+    let rises = |aside: f64| {
         let away_m = aside * step_m.min_element();
         let across = (along * step_m).perp().normalize_or_zero() * away_m / step_m;
         let own_m = grid.height_m(places[index])?;
-        let rise = |way: f64| Some(sign * (grid.height_m(places[index] + across * way)? - own_m));
-        Some(rise(1.0)?.min(rise(-1.0)?) / away_m)
+        let rise = |way: f64| Some(sign * (grid.height_m(places[index] + across * way)? - own_m) / away_m);
+        Some([rise(1.0)?, rise(-1.0)?])
     };
-    let largest = |index| ASIDE_SAMPLES.into_iter().filter_map(|aside| relief(index, aside)).reduce(f64::max);
-    (0..places.len()).map(|index| largest(index).unwrap_or(0.0)).collect()
+    let known: Vec<[f64; 2]> = ASIDE_SAMPLES.into_iter().filter_map(rises).collect();
+    let relief = known.iter().map(|[left, right]| left.min(*right)).reduce(f64::max).unwrap_or(0.0);
+    Sides { relief, is_level: !known.is_empty() && known.iter().flatten().all(|rise| *rise == 0.0) }
 }
 
 /// Returns the mean of [`ALONG_SAMPLES`] values before and after each value.
@@ -256,19 +266,28 @@ mod tests {
 
     #[test]
     fn lines_end_at_water() {
-        let ends = |reliefs: &[f64]| -> Vec<[usize; 2]> {
-            beside_water(reliefs).into_iter().map(|part| [part.start, part.end]).collect()
+        let ends = |sides: &[Sides]| -> Vec<[usize; 2]> {
+            beside_water(sides).into_iter().map(|part| [part.start, part.end]).collect()
         };
-        let with = |level: usize| {
-            let mut reliefs = vec![0.1; 60];
-            reliefs[20..20 + level].fill(0.0);
-            ends(&reliefs)
+        let level = Sides { relief: 0.0, is_level: true };
+        let with = |points: usize| {
+            let mut sides = vec![Sides { relief: 0.1, is_level: false }; 60];
+            sides[20..20 + points].fill(level);
+            ends(&sides)
         };
         assert_eq!(with(30), [[0, 20], [50, 60]]);
         assert_eq!(with(40), [[0, 20]]);
         // A few level points are a plain, not a lake.
         assert_eq!(with(LEVEL_POINTS - 1), [[0, 60]]);
-        assert!(ends(&[0.0; 40]).is_empty());
+        assert!(ends(&[level; 40]).is_empty());
+        // Land that is level on one side only, or unknown, is no water.
+        let grid = Grid {
+            size: [40, 9],
+            step_m: [1.0; 2],
+            heights_m: (0..360).map(|i| (i / 40_usize).saturating_sub(4) as f32).collect(),
+        };
+        let places: Vec<DVec2> = (0..40).map(|x| dvec2(f64::from(x), 4.0)).collect();
+        assert!((0..40).all(|index| !sides_of(&grid, Sense::Down, &places, index).is_level));
     }
 
     #[test]

@@ -156,7 +156,7 @@ fn traces() -> Option<Traces> {
     let style = Style::load("pen").unwrap();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut renderer, &style.clone().for_map(10.0), [pose; 2]);
-    traces.add("maps of styles with lines of equal height", &trace);
+    traces.add("maps", &trace);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_room(Some(SIZE_PX));
     drawing(&mut world, &mut renderer, &style, [pose; 2]);

@@ -170,6 +170,7 @@ impl Surfaces {
 
     /// Updates the streams and ridge lines that a style draws for what a rig sees.
     pub(crate) fn follow_drainage(&mut self, gpu: &Gpu, rig: &Rig, style: &Style) {
+        self.drainage.take_arrived(gpu);
         let waits = self.terrain.options().loading == Loading::Wait;
         for of in style.drainage_lines() {
             let land =

@@ -13,13 +13,14 @@ parameters! {
         views called "Drawn in": DrainageViews = DrainageViews::Maps;
         /// Colour of the lines.
         ink called "Ink colour": Color = Color::default();
-        /// Side of the square on the picture that must drain through a line; smaller values draw more lines.
+        /// Side of the square on the picture that must drain through a line; smaller values draw more lines, down to 40
+        /// samples of the land.
         spacing_px called "Line spacing": f32 = 40.0 => Range::Within(4.0, 1024.0);
         /// Width of a line where it begins.
         line_px called "Line width": f32 = 0.6 => Range::Within(0.1, 8.0);
-        /// Width of a line through which 256 times as much land drains.
+        /// Width of a line through which 256 times as much land drains as where it begins.
         widest_px called "Largest width": f32 = 1.6 => Range::Within(0.1, 16.0);
-        /// Lines between gentler slopes are not drawn; 0 draws all lines.
+        /// Lines between gentler slopes, averaged over some samples beside them, are not drawn; 0 draws all lines.
         gentlest_deg called "Gentlest sides": f32 = 0.0 => Range::Within(0.0, 45.0);
         /// Fraction of the ink that remains in full haze.
         faintest called "Ink in full haze": f32 = 0.2 => Range::Within(0.0, 1.0);
