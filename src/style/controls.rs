@@ -57,11 +57,12 @@ impl Control {
     /// Returns why the control does nothing in a style; `None` if it does something.
     pub(crate) fn without_effect(self, style: &Style) -> Option<&'static str> {
         let has_tones = matches!(style.tone, Tone::Toon(_));
-        let draws = style.layers.iter().any(|layer| !matches!(layer.kind(), "water" | "height_lines" | "rims"));
+        let draws =
+            style.layers.iter().any(|layer| !matches!(layer.kind(), "water" | "height_lines" | "drainage" | "rims"));
         match self {
-            Self::Density | Self::Weight if !draws => {
-                Some("This style has no layer of lines or marks, apart from shores and contour lines of height.")
-            }
+            Self::Density | Self::Weight if !draws => Some(
+                "This style has no layer of lines or marks, apart from shores, streams and contour lines of height.",
+            ),
             Self::Contrast if !has_tones => Some("Only tones of the kind toon have contrast."),
             Self::Softness if !has_tones => Some("Only tones of the kind toon can be softened."),
             _ => None,
@@ -142,6 +143,8 @@ pub(crate) const RULES: &[Rule] = &[
     rule(Weight, "cuts.darkest", Plus(0.12)),
     rule(Weight, "height_lines.line_px", Times(1.6)),
     rule(Weight, "height_lines.index_px", Times(1.6)),
+    rule(Weight, "drainage.line_px", Times(1.6)),
+    rule(Weight, "drainage.widest_px", Times(1.6)),
     rule(Weight, "water.shore_px", Times(1.6)),
     rule(Weight, "water.line_px", Times(1.6)),
     rule(Weight, "sky.outline_px", Times(1.6)),
@@ -167,6 +170,7 @@ pub(crate) const RULES: &[Rule] = &[
     rule(Warmth, "paper.color", Warm(1.0)),
     rule(Warmth, "tone_lines.ink", Warm(1.0)),
     rule(Warmth, "height_lines.ink", Warm(1.0)),
+    rule(Warmth, "drainage.ink", Warm(1.0)),
     rule(Warmth, "hatching.ink", Warm(1.0)),
     rule(Warmth, "cuts.ink", Warm(1.0)),
     rule(Warmth, "rows.ink", Warm(1.0)),
