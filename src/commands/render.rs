@@ -322,11 +322,11 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;
     // On a map, contour lines of height have an interval, whatever its scale.
-    let of_map = args.map.is_some().then(|| style.clone().for_map(1.0));
+    let of_map = args.map.is_some().then(|| style.clone().for_map(1.0)).transpose()?;
     let svg = SvgOptions::new(args, &kind, of_map.as_ref().unwrap_or(&style))?;
     let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
-    let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
-    let planes = aov::planes_named(&args.aov, args.aov_names, &style).map_err(Misuse::of)?;
+    let left_out = vector::left_out(of_map.as_ref().unwrap_or(&style), args.stereo.eyes()).filter(|_| svg.is_some());
+    let planes = aov::planes_named(&args.aov, args.aov_names, of_map.as_ref().unwrap_or(&style)).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
     {
@@ -381,7 +381,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
     let map = map::PlacedMap::new(args, &kind, &world, titled.paper.foot_px)?;
     let style = match &map {
-        Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px()),
+        Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px())?,
         None => titled,
     };
     let camera = map.as_ref().map_or_else(|| look::start_camera(args, &world), |map| Map::camera(&map.pose));

@@ -14,7 +14,7 @@ use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::style::extends::{extended, whole};
 use crate::style::layers::{LayerEdit, with_layer_edit};
 use crate::style::parameters::{find, restore, set, uncapitalised};
-use crate::style::set::{SetValue, value_of, with_values};
+use crate::style::set::{ON_MAPS, SetValue, value_of, with_values};
 use crate::style::{Style, StyleError, preset_text};
 use crate::tones::hatching::maps;
 
@@ -166,7 +166,12 @@ impl StyleDocument {
             let before = before.or_else(|| row.definition.default.as_ref()?.as_value());
             row.set_value().filter(|now| before.map(rows::bare).as_ref() != Some(&now.text))
         });
-        let values: Vec<SetValue> = changed.collect();
+        let mut values: Vec<SetValue> = changed.collect();
+        // A value that is set would otherwise count on maps too.
+        let is_changed = |key: &str| values.iter().any(|set| set.key == key);
+        if self.style.on_maps.iter().any(|on_maps| is_changed(&on_maps.key)) && !is_changed(ON_MAPS) {
+            values.extend(self.row(ON_MAPS).and_then(Row::set_value));
+        }
         let text = with_values(&self.name, &self.saved, &self.style, &values).ok()?;
         (self.parsed_edit(&text).ok()? == self.style).then_some(values)
     }

@@ -63,9 +63,12 @@ impl Row {
     }
 }
 
-/// Returns a value as text, without the space and the comments around it.
+/// Returns a value as text in one line, without the space and the comments around it.
 pub(super) fn bare(value: &Value) -> String {
     let mut value = value.clone();
+    if let Some(list) = value.as_array_mut() {
+        list.fmt();
+    }
     value.decor_mut().clear();
     match value.as_str().filter(|text| !text.is_empty() && text.parse::<Value>().is_err()) {
         Some(text) => text.to_owned(),

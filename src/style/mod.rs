@@ -15,6 +15,7 @@ mod held;
 pub(crate) mod images;
 pub(crate) mod layers;
 pub mod marks;
+mod on_maps;
 pub(crate) mod parameters;
 mod recipes;
 mod relief;
@@ -99,6 +100,8 @@ parameters! {
         name: String;
         /// One-line description of the style.
         description: String;
+        /// Values that differ on maps, such as "light.shadow=0".
+        on_maps: Vec<set::SetValue> = Vec::new() => Range::Entries(0, 64);
         /// Ink layers, from the bottom to the top.
         layers: Layers;
         /// Settings of `detector = "curvature"`: contours and suggestive contours by the curvature of the land.
@@ -213,19 +216,18 @@ impl Style {
         self.tone.local_color() > 0.0
     }
 
-    /// Returns the style for a map on which a pixel of the unscaled style is `pixel_m` metres. Effects that depend on
-    /// the position of the eye are removed, as in [`Scene::for_map`](crate::scene::Scene::for_map), and contour lines
-    /// of height get an interval for the map's scale. Streams and ridge lines are drawn, and the light has as much shadow
-    /// as `light.map_shadow` says.
-    #[must_use]
-    pub fn for_map(self, pixel_m: f64) -> Self {
-        let mut style = self;
+    /// Returns the style for a map on which a pixel of the unscaled style is `pixel_m` metres: with the values that it
+    /// has on maps, without effects that depend on the position of the eye (as in
+    /// [`Scene::for_map`](crate::scene::Scene::for_map)), and with streams and ridge lines. Contour lines of height get
+    /// an interval for the map's scale.
+    ///
+    /// # Errors
+    /// A value of `on_maps` that the style cannot have. Files with such values are refused when they are read.
+    pub fn for_map(self, pixel_m: f64) -> Result<Self, StyleError> {
+        let mut style = self.with_values_of_maps()?;
         style.layers.iter_mut().for_each(|layer| layer.behaviour_mut().prepare_for_map(pixel_m));
-        for value in [&mut style.light.shadow, &mut style.light.occlusion, &mut style.light.crests] {
-            *value *= style.light.map_shadow;
-        }
         let focus = style.focus.take().filter(|focus| focus.distance_m.is_none());
-        Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style }
+        Ok(Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style })
     }
 
     /// Returns the kinds of lines of drainage that are drawn: streams, ridge lines, both or none.
@@ -368,7 +370,9 @@ impl Style {
 
     /// Reads all values of a style in either form, and checks them; recipes and images are not loaded.
     fn read_values(name: &str, text: &str) -> Result<Self, StyleError> {
-        Ok(parameters::read(name, text)?)
+        let style: Self = parameters::read(name, text)?;
+        style.check_values_of_maps().map_err(|wrong| parameters::in_text(wrong, name, text))?;
+        Ok(style)
     }
 
     /// Loads the recipes and images that the style names.

@@ -35,9 +35,7 @@ pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters
 pub(crate) use definition::{capitalised, uncapitalised};
 pub use document::document;
 pub(crate) use range::Range;
-#[cfg(any(feature = "window", feature = "headset"))]
-pub(crate) use setting::shortest;
-pub(crate) use setting::{Setting, absent, first};
+pub(crate) use setting::{Setting, absent, first, shortest};
 #[cfg(any(feature = "window", feature = "headset"))]
 pub(crate) use text::restore;
 pub(crate) use text::{Tree, find, set, set_all, text};
@@ -267,7 +265,7 @@ pub(crate) fn keys_are_missing(keys: &[&str]) -> String {
 }
 
 /// Returns a key without the indices of list entries, as messages have it.
-fn without_indices(key: &str) -> String {
+pub(super) fn without_indices(key: &str) -> String {
     key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect()
 }
 

@@ -3,19 +3,23 @@
 use std::fmt;
 use std::str::FromStr;
 
-use toml_edit::{Item, Value};
+use toml_edit::{Array, Item, Value};
 
 use super::parameters::{self, Setting, ValueKind, parameters_of};
 use super::{Style, StyleError, extends};
 
 /// A parameter of a style and the value that it is given, such as `strokes.width_px=2`.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct SetValue {
+#[derive(Clone, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(try_from = "String")]
+pub struct SetValue {
     /// The full key of the parameter.
     pub key: String,
     /// The value: TOML, or the bare text of a name, a colour or a text.
     pub text: String,
 }
+
+/// The key of the values that differ on maps.
+pub(crate) const ON_MAPS: &str = "on_maps";
 
 impl FromStr for SetValue {
     type Err = String;
@@ -26,6 +30,14 @@ impl FromStr for SetValue {
             .filter(|(key, _)| !key.trim().is_empty())
             .ok_or("it must be KEY=VALUE, such as strokes.width_px=2")?;
         Ok(Self { key: key.trim().to_owned(), text: value.trim().to_owned() })
+    }
+}
+
+impl TryFrom<String> for SetValue {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
     }
 }
 
@@ -44,7 +56,8 @@ pub(crate) fn value_of(kind: Option<&ValueKind>, text: &str) -> Value {
     }
 }
 
-/// Returns the text of a style file with other values at some keys. `style` is the style that the text describes.
+/// Returns the text of a style file with other values at some keys. `style` is the style that the text describes. A value
+/// that is set counts on maps too, unless the list of values that differ on maps is also set.
 ///
 /// # Errors
 /// A key that no parameter has, or the index of a list entry that does not exist. Values are only checked when the text
@@ -53,8 +66,14 @@ pub(crate) fn with_values(name: &str, text: &str, style: &Style, values: &[SetVa
     let item: Option<Item> = style.item();
     let parameters = parameters_of(&Style::kind(), item.as_ref());
     let kind_of = |key: &str| parameters.iter().find(|known| known.key == key).map(|known| &known.definition.kind);
-    let values = values.iter().map(|set| (set.key.clone(), value_of(kind_of(&set.key), &set.text)));
-    Ok(parameters::set_all::<Style>(name, &extends::whole(name, text)?, values.collect())?)
+    let mut pairs: Vec<(String, Value)> =
+        values.iter().map(|set| (set.key.clone(), value_of(kind_of(&set.key), &set.text))).collect();
+    let is_set = |key: &str| values.iter().any(|set| set.key == key);
+    if style.on_maps.iter().any(|on_maps| is_set(&on_maps.key)) && !is_set(ON_MAPS) {
+        let kept = style.on_maps.iter().filter(|on_maps| !is_set(&on_maps.key));
+        pairs.push((ON_MAPS.to_owned(), kept.map(SetValue::to_string).collect::<Array>().into()));
+    }
+    Ok(parameters::set_all::<Style>(name, &extends::whole(name, text)?, pairs)?)
 }
 
 #[cfg(test)]
@@ -73,6 +92,21 @@ mod tests {
             let error = wrong.parse::<SetValue>().unwrap_err();
             assert!(error.starts_with("it must be KEY=VALUE"), "{error}");
         }
+    }
+
+    #[test]
+    fn a_value_that_is_set_counts_on_maps() {
+        let text = preset_text("crosshatch").unwrap();
+        let style = Style::parse("crosshatch", text).unwrap();
+        let of_map = |pairs: &[&str]| {
+            let values: Vec<SetValue> = pairs.iter().map(|pair| pair.parse().unwrap()).collect();
+            let text = with_values("crosshatch", text, &style, &values).unwrap();
+            Style::parse("crosshatch", &text).unwrap().for_map(10.0).unwrap().light
+        };
+        let light = of_map(&["light.shadow=0.5"]);
+        assert_eq!((light.shadow, light.crests), (0.5, 0.0), "only this value");
+        // Planted: both are set, and maps have their own.
+        assert_eq!(of_map(&["light.shadow=0.5", "on_maps=[\"light.shadow=0.25\"]"]).shadow, 0.25);
     }
 
     #[test]

@@ -132,9 +132,6 @@ parameters! {
         turn_deg called "Turn along ridges": f32 = 0.0 => Range::Within(0.0, 60.0);
         /// How much lighter crests and darker hollows become, by the curvature of the land.
         crests called "Crest contrast": f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// On a map: fraction of `shadow`, `occlusion` and `crests` that remains; the form of the land reads best by
-        /// slanting light alone.
-        map_shadow called "Shadow on maps": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Size of the crests and hollows that `crests` acts on.
         crests_px called "Crest size": f32 = 12.0 => Range::Within(1.0, 256.0);
         /// Gentler slopes stay white as paper; from four times this slope on the tone is complete.

@@ -102,7 +102,7 @@ fn lines_belong_to_maps() {
     let ink =
         |world: &mut World, style: &Style| shown(world, FROM_ABOVE, style).iter().map(|(ink, _)| ink).sum::<f64>();
     assert_eq!(ink(&mut world, &on_maps), 0.0);
-    assert!(ink(&mut world, &on_maps.clone().for_map(20.0)) > 100.0);
+    assert!(ink(&mut world, &on_maps.clone().for_map(20.0).unwrap()) > 100.0);
 }
 
 #[test]
@@ -167,5 +167,5 @@ fn a_layer_says_where_it_is_drawn() {
     let style = style("ridges", "");
     let layer = style.lowest_drainage().unwrap();
     assert_eq!((layer.of, layer.views), (DrainageLines::Ridges, DrainageViews::Maps));
-    assert!(style.drainage_lines().next().is_none() && style.for_map(10.0).drainage_lines().count() == 1);
+    assert!(style.drainage_lines().next().is_none() && style.for_map(10.0).unwrap().drainage_lines().count() == 1);
 }

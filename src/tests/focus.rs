@@ -180,8 +180,8 @@ fn a_style_may_have_a_focus_and_a_scene_comes_before_it() {
     assert!((ink(&by_scene, 0.05, 0.95) - 1.0).abs() < 1e-3, "the scene's focus must replace that of the style");
     // A map has no distance from an eye, so a focus at a distance is dropped.
     let far = style::Focus { distance_m: Some(5000.0), ..style.focus.clone().unwrap() };
-    assert_eq!(Style { focus: Some(far), ..style.clone() }.for_map(10.0).focus, None);
-    assert!(style.for_map(10.0).focus.is_some());
+    assert_eq!(Style { focus: Some(far), ..style.clone() }.for_map(10.0).unwrap().focus, None);
+    assert!(style.for_map(10.0).unwrap().focus.is_some());
 }
 
 #[test]

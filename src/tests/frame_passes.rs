@@ -155,7 +155,7 @@ fn traces() -> Option<Traces> {
     traces.add("styles with apparent ridges", &trace);
     let style = Style::load("pen").unwrap();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    let trace = drawing(&mut world, &mut renderer, &style.clone().for_map(10.0), [pose; 2]);
+    let trace = drawing(&mut world, &mut renderer, &style.clone().for_map(10.0).unwrap(), [pose; 2]);
     traces.add("maps", &trace);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_room(Some(SIZE_PX));

@@ -190,12 +190,12 @@ fn lines_without_an_interval_are_for_maps() {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
     assert!(renderer.target(&HEIGHT_INK).is_none());
-    let of_map = style.clone().for_map(20.0);
+    let of_map = style.clone().for_map(20.0).unwrap();
     let above = still(world.pose(VIEWS[0]), SIZE_PX);
     draw(&world.gpu, &mut world.surfaces, &mut renderer, &above, &of_map, &NOON);
     assert!(renderer.target(&HEIGHT_INK).is_some());
     // An interval in the style holds on maps, too.
-    let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0);
+    let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0).unwrap();
     assert_eq!(own.lowest_height_lines().unwrap().interval_m, 15.0);
 }
 

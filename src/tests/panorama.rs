@@ -73,7 +73,7 @@ fn bent_land_is_the_same_land() {
     // Planted: points that are not bent back.
     assert!(off_px(&|place| place) > 5.0);
     // A map has no horizon, and the next picture is not bent.
-    assert_eq!(Style::load("panorama").unwrap().for_map(1.0).panorama.horizon_deg, 0.0);
+    assert_eq!(Style::load("panorama").unwrap().for_map(1.0).unwrap().panorama.horizon_deg, 0.0);
     self::places(&mut world, pose, 0.0);
     assert_eq!(world.surfaces.terrain.earth_curvature(pose.position_m.z).inverse_radius, 0.0);
 }

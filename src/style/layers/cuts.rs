@@ -104,7 +104,14 @@ impl LayerBehaviour for Cuts {
     }
 
     fn complete(&mut self, _: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
-        self.families.sort_by(|a, b| a.from.total_cmp(&b.from));
+        self.sort();
         Ok(Vec::new())
+    }
+}
+
+impl Cuts {
+    /// Sorts the families by the darkness from which they appear.
+    pub(in crate::style) fn sort(&mut self) {
+        self.families.sort_by(|a, b| a.from.total_cmp(&b.from));
     }
 }

@@ -166,6 +166,14 @@ impl LayerBehaviour for Hatching {
     }
 }
 
+impl Hatching {
+    /// Takes the loaded recipes of another version of the layer, which names the same ones.
+    pub(in crate::style) fn take_recipes(&mut self, from: &Self) {
+        self.sets.iter_mut().zip(&from.sets).for_each(|(set, from)| set.recipe.clone_from(&from.recipe));
+        self.sets.sort_by(|a, b| a.from.total_cmp(&b.from));
+    }
+}
+
 impl MarkSet {
     /// Loads the recipe of the marks and checks its images.
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), StyleError> {

@@ -102,6 +102,10 @@ fn item(definition: &Definition, random: &mut Random, all: bool) -> Item {
         ValueKind::List(kind) => {
             let Range::Entries(low, high) = definition.range else { return value(Array::new()) };
             let count = low + random.below(high - low + 1);
+            if definition.key == "on_maps" {
+                let known = ["light.shadow=0.5", "light.form_px=7", "paper.color=#ffeedd", "haze.faintest_tone=0.25"];
+                return value(known.into_iter().filter(|_| random.below(2) > 0).collect::<Array>());
+            }
             let ValueKind::Section(definitions) = &**kind else {
                 return value((0..count).map(|_| color(random)).collect::<Array>());
             };

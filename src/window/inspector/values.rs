@@ -73,6 +73,9 @@ pub(super) fn widgets(
             })
             .inner
         }
+        (ValueKind::List(kind), Value::Array(list)) if matches!(**kind, ValueKind::Text) => {
+            texts(ui, name, list, &mut set)
+        }
         (ValueKind::List(_), Value::Array(list)) => colors(ui, name, row, list, &mut set),
         (_, value) => {
             let label = ui.label(value.to_string());
@@ -289,6 +292,31 @@ fn colors(ui: &mut Ui, name: &str, row: &Row, list: &Array, set: &mut impl FnMut
         set(Value::Array(changed.into_iter().collect()));
     }
     widgets
+}
+
+/// Adds a field for each entry of a list of texts, and an empty one that adds an entry. An emptied field removes its
+/// entry.
+fn texts(ui: &mut Ui, name: &str, list: &Array, set: &mut impl FnMut(Value)) -> Vec<Response> {
+    let present: Vec<&str> = list.iter().filter_map(Value::as_str).collect();
+    let mut changed = None;
+    let widgets = ui.vertical(|ui| {
+        let field = |(number, entry): (usize, &str)| {
+            let mut typed =
+                |value: Value| changed = Some((number, value.as_str().unwrap_or_default().trim().to_owned()));
+            let words = format!("{name}, entry {}", number + 1);
+            ui.push_id(number, |ui| text(ui, &words, TEXT_WIDTH + 30.0, entry, &mut typed)).inner
+        };
+        present.iter().copied().chain([""]).enumerate().map(field).collect()
+    });
+    if let Some((number, typed)) = changed {
+        let mut entries: Vec<String> = present.iter().map(|entry| (*entry).to_owned()).collect();
+        match entries.get_mut(number) {
+            Some(entry) => *entry = typed,
+            None => entries.push(typed),
+        }
+        set(Value::Array(entries.into_iter().filter(|entry| !entry.is_empty()).collect()));
+    }
+    widgets.inner
 }
 
 /// Adds a field for the name of a recipe, and a list of the built-in ones with their pictures.
