@@ -83,6 +83,100 @@ fn a_map_with_a_title_is_the_map_above_it() {
     }
 }
 
+/// Width of the edge of a framed picture at 96 dots per inch, in pixels.
+const FRAME: usize = 32;
+
+/// Returns the numbers of a world file.
+fn world_file(folder: &Path, name: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(folder.join(name)).unwrap();
+    text.lines().map(|line| line.parse().unwrap()).collect()
+}
+
+#[test]
+fn a_framed_map_is_the_map_inside() {
+    let folder = place();
+    let folder = folder.path();
+    program::draw(folder, "hill.asc --map --size 400x300 --style ink -o map.png");
+    program::draw(folder, "hill.asc --map --map-frame --size 464x364 --style ink -o framed.png");
+    let (map, framed) = (read(folder, "map.png"), read(folder, "framed.png"));
+    let (own, other) = (world_file(folder, "map.pgw"), world_file(folder, "framed.pgw"));
+    // East and north of the first pixel are the last two numbers.
+    let corner = [own[4] - FRAME as f64 * own[0], own[5] - FRAME as f64 * own[3]];
+    assert!((own[0] - other[0]).abs() < 1e-6 && (corner[0] - other[4]).abs() < 1e-3, "{own:?} {other:?}");
+    assert!((corner[1] - other[5]).abs() < 1e-3, "{own:?} {other:?}");
+    let unlike = |shift: usize| {
+        let pixels = (8..292).flat_map(|y| (8..390).map(move |x| (x, y)));
+        pixels.filter(|(x, y)| red(&map, *x, *y).abs_diff(red(&framed, x + FRAME + shift, y + FRAME)) > 24).count()
+    };
+    println!("{} pixels differ, planted {}", unlike(0), unlike(2));
+    assert!(unlike(0) < 1500 && unlike(2) > 3 * unlike(0).max(500), "{} {}", unlike(0), unlike(2));
+    // Between the border and the line around the sheet there are coordinates on paper.
+    let depth = |x: usize, y: usize| x.min(y).min(463 - x).min(363 - y);
+    let between =
+        (0..364).flat_map(|y| (0..464).map(move |x| (x, y))).filter(|(x, y)| (13..29).contains(&depth(*x, *y)));
+    let dark = between.clone().filter(|(x, y)| red(&framed, *x, *y) < 128).count();
+    let all = between.count();
+    assert!(dark > 200 && dark < all / 10, "{dark} of {all} pixels are letters");
+    program::draw(folder, "hill.asc --map --map-frame --size 464x364 --style ink -o framed.svg");
+    let lines = layer_points(&folder.join("framed.svg"), "frame");
+    let letters = lines.iter().filter(|at| {
+        let [x, y] = [at.x, at.y].map(|at| at.max(0.0) as usize);
+        (13..29).contains(&depth(x.min(463), y.min(363))) && red(&framed, x.min(463), y.min(363)) < 200
+    });
+    let letters = letters.count();
+    assert!(letters > 100, "{letters} of {} points of the frame's lines", lines.len());
+    // The picture says how it was drawn.
+    let text = imprint::read(&folder.join("framed.png")).unwrap();
+    assert!(text.starts_with("version = 9\n") && text.contains("frame = true"), "{text}");
+    program::draw(folder, "--like framed.png -o again.png");
+    assert!(read(folder, "framed.png") == read(folder, "again.png"));
+}
+
+#[test]
+fn a_framed_map_on_paper_has_a_round_scale() {
+    let folder = place();
+    let folder = folder.path();
+    let scale = |frame: &str| {
+        program::draw(
+            folder,
+            &format!("hill.asc --map {frame} --paper a6 --dpi 96 --style plain -o a.png --overwrite"),
+        );
+        world_file(folder, "a.pgw")[0] * 1000.0 * 96.0 / 25.4
+    };
+    // The middle of the land, 96 samples of 30 m, is in the middle of the map, which is above the title block.
+    draw(folder, "hill.asc --map --map-frame --paper a6 --dpi 96 --style plain -o t.png", "Hill");
+    let (place, size) = (world_file(folder, "t.pgw"), read(folder, "t.png"));
+    let middle = [0.5 * f64::from(size.width) - 0.5, 0.5 * (f64::from(size.height) - FOOT as f64) - 0.5];
+    let found = [place[4] + middle[0] * place[0], place[5] + middle[1] * place[3]];
+    let off_px = found.map(|at| (at - 1440.0).abs() / place[0]);
+    assert!(off_px[0] < 1.5 && off_px[1] < 1.5, "{found:?}");
+    for (arguments, cause) in [
+        ("hill.asc --map-frame -o b.png", "--map-frame: frames a map; add --map"),
+        ("hill.asc --map --map-frame -o b.geojson", "--map-frame: a .geojson has no frame"),
+        ("hill.asc --map-frame --path tour -o b.mp4", "--map-frame: frames a map, and b.mp4 is a film"),
+        ("hill.asc --map --map-frame --size 100x400 -o b.png", "it must have at least 128x128 px"),
+        ("hill.asc --map-frame -o b.stl", "--map-frame: does not apply to a mesh"),
+    ] {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_hachure"))
+            .arg("render")
+            .args(arguments.split_whitespace())
+            .current_dir(folder)
+            .env("HACHURE_CACHE", folder.join("cache"))
+            .output()
+            .unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && said.contains(cause), "{arguments}: {said}");
+    }
+    let digits = |scale: f64| scale / 10.0_f64.powf(scale.log10().floor());
+    let is_round = |scale: f64| {
+        [1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.5, 10.0]
+            .iter()
+            .any(|round| (digits(scale) / round - 1.0).abs() < 1e-6)
+    };
+    let [framed, planted] = [scale("--map-frame"), scale("")];
+    assert!(is_round(framed) && !is_round(planted) && framed > planted, "1 : {framed}, without a frame 1 : {planted}");
+}
+
 #[test]
 fn a_title_is_drawn_again_by_like() {
     let folder = place();

@@ -39,7 +39,7 @@ use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::picture::aov::{self, Names};
-use crate::picture::{PartRule, PictureReport};
+use crate::picture::{PartRule, PictureReport, map_frame};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
 use crate::scene::map::{Map, MapArea};
@@ -51,6 +51,7 @@ use crate::style::scale::REFERENCE_DPI;
 use crate::style::set::SetValue;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
+use crate::world::map::Edges;
 use crate::world::{self, OpenWorld, path_fit};
 
 /// Arguments of `render`.
@@ -151,10 +152,14 @@ pub(crate) struct RenderArgs {
     /// ones. Prints a warning if a pass writes NaN or infinity
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
-    /// Add a title block below the picture: this text, the camera's position and the style; for a --map a scale bar,
-    /// north, and with --paper or --dpi the scale
+    /// Add a title block below the picture: this text, the camera's position and the style; for a --map the interval
+    /// of contour lines, a scale bar, north, and with --paper or --dpi the scale
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
+    /// Frame a --map: a border with ticks and labels at round coordinates, in the reference system of the height file.
+    /// With --paper or --dpi, a map of all of the land is reduced to the next round scale, such as 1 : 50 000
+    #[arg(long = "map-frame")]
+    pub frame: bool,
     /// .glb and .stl: largest distance between the triangles and the land along the vertical, in metres [default: a
     /// thousandth of the longer side]
     #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
@@ -319,7 +324,8 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         );
         return Err(Misuse(misuse).into());
     }
-    let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
+    let of_view = if args.map.is_some() { style.clone().on_map()? } else { style.clone() };
+    let (style, as_written) = (of_view.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;
     // On a map, contour lines of height have an interval, whatever its scale.
     let of_map = args.map.is_some().then(|| style.clone().for_map(1.0)).transpose()?;
@@ -345,7 +351,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     // Open the world before the GPU: its errors can be reported without one.
     let scene = liked.names.world(args.world.scene())?;
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
-    if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
+    if let Some(unscaled) = as_written.unscaled().filter(|_| args.px_per_style_px() != 1.0) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
         tracing::warn!("at {dpi} dots per inch, these values of the style keep their size in pixels: {unscaled}");
     }
@@ -375,11 +381,18 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, look::aspect(args))).transpose()?;
     let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
     let args = looking.as_ref().unwrap_or(args);
-    let on_the_earth = map::on_the_earth(args, &kind, &world, titled.paper.foot_px)?;
+    let page = map::Page {
+        edges: Edges {
+            foot_px: titled.paper.foot_px as u32,
+            frame_px: if args.frame { map_frame::edge_px(&titled.paper) } else { 0 },
+        },
+        mm_per_px: paper::mm_per_px(args, svg.as_ref()),
+    };
+    let on_the_earth = map::on_the_earth(args, &kind, &world, &page)?;
     let args = on_the_earth.as_ref().unwrap_or(args);
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
-    let map = map::PlacedMap::new(args, &kind, &world, titled.paper.foot_px)?;
+    let map = map::PlacedMap::new(args, &kind, &world, &page)?;
     let style = match &map {
         Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px())?,
         None => titled,

@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -131,6 +131,8 @@ pub struct More {
     pub map: Option<String>,
     /// Title below the picture.
     pub title: Option<String>,
+    /// Whether a map has a frame.
+    pub frame: Option<bool>,
     /// Value of `--focus`.
     pub focus: Option<String>,
     /// Value of `--water`.
@@ -162,7 +164,8 @@ pub struct More {
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
-    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`.
+    /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
+    /// `frame`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -172,8 +175,10 @@ impl More {
             && self.height_unit.is_none()
             && self.tile_rows.is_none();
         const GENERATED: u32 = 7;
+        const FITTED: u32 = 8;
         match self {
-            _ if self.tone_curve.is_some() => VERSION,
+            _ if self.frame.is_some() => VERSION,
+            _ if self.tone_curve.is_some() => FITTED,
             _ if self.sea_level.is_some() || self.trees.is_some() || self.seed.is_some() => GENERATED,
             _ if self.haze.is_some() => HAZY,
             _ if self.exaggeration.is_some() => EXAGGERATED,
@@ -224,6 +229,7 @@ impl More {
             ipd: _,
             map: _,
             title: _,
+            frame: _,
             focus: _,
             water: _,
             show: _,

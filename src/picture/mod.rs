@@ -13,6 +13,7 @@ pub(crate) mod imprint;
 mod ink;
 mod in_view;
 mod ink_lines;
+pub(crate) mod map_frame;
 pub(crate) mod nearest;
 mod report;
 pub(crate) mod sheets;

@@ -23,7 +23,7 @@ const TITLE: [f64; 2] = [16.0, 9.0];
 const SMALL: [f64; 2] = [7.5, 5.5];
 /// Width of the pen for capitals of height 1, and its minimum. A finer line would look grey, which makes small letters
 /// hard to read.
-const PEN: f64 = 0.1;
+pub(super) const PEN: f64 = 0.1;
 const MIN_PEN: f64 = 1.15;
 /// Width of the line under the picture, if it has no border.
 const RULE: f64 = 1.0;
@@ -241,6 +241,11 @@ impl Page {
 }
 
 impl Block {
+    /// Returns a block without content.
+    pub(crate) fn empty(ink: Color) -> Self {
+        Self { strokes: Vec::new(), areas: Vec::new(), ink, replaced: Vec::new() }
+    }
+
     /// Draws the block into a band of a picture that is `width` pixels wide.
     pub(crate) fn draw(&self, band: &mut Band, width: usize) {
         let ink = self.ink.linear();

@@ -105,6 +105,12 @@ impl Map {
         Self { centre_m: self.centre_m - DVec2::new(0.0, down_m), size_px: [width, height + foot_px], ..self }
     }
 
+    /// Returns the map on a picture that is `frame_px` larger on each side.
+    #[must_use]
+    pub(crate) fn with_frame(self, frame_px: u32) -> Self {
+        Self { size_px: self.size_px.map(|side| side + 2 * frame_px), ..self }
+    }
+
     /// Returns east and north of a point of the picture; (0, 0) is its upper left corner.
     pub fn world_from_px(&self, px: DVec2) -> DVec2 {
         let from_centre = px - 0.5 * self.size();

@@ -109,6 +109,8 @@ pub(crate) struct Export {
     pub map_width_m: Option<f64>,
     /// Whether a GeoJSON has longitudes and latitudes.
     pub is_wgs84: bool,
+    /// Whether a map has a frame with coordinates.
+    pub is_framed: bool,
     /// Value of `--eyes`.
     pub eyes: &'static str,
     /// Camera path of a film.
@@ -143,6 +145,7 @@ impl Export {
             channels: vec!["depth", "normal"],
             map_width_m: None,
             is_wgs84: false,
+            is_framed: false,
             eyes: STEREO[0],
             path: String::new(),
             fps: 30.0,

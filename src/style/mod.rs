@@ -100,7 +100,7 @@ parameters! {
         name: String;
         /// One-line description of the style.
         description: String;
-        /// Values that differ on maps, such as "light.shadow=0".
+        /// Values that differ on maps, each as KEY=VALUE, such as "light.shadow=0".
         on_maps: Vec<set::SetValue> = Vec::new() => Range::Entries(0, 64);
         /// Ink layers, from the bottom to the top.
         layers: Layers;
@@ -224,7 +224,7 @@ impl Style {
     /// # Errors
     /// A value of `on_maps` that the style cannot have. Files with such values are refused when they are read.
     pub fn for_map(self, pixel_m: f64) -> Result<Self, StyleError> {
-        let mut style = self.with_values_of_maps()?;
+        let mut style = self.on_map()?;
         style.layers.iter_mut().for_each(|layer| layer.behaviour_mut().prepare_for_map(pixel_m));
         let focus = style.focus.take().filter(|focus| focus.distance_m.is_none());
         Ok(Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style })
@@ -365,14 +365,13 @@ impl Style {
             };
             StyleError::Named { place: parameters::in_text(wrong, name, text), source: Box::new(source) }
         })?;
+        self.check_values_of_maps().map_err(|wrong| parameters::in_text(wrong, name, text))?;
         Ok(self)
     }
 
     /// Reads all values of a style in either form, and checks them; recipes and images are not loaded.
     fn read_values(name: &str, text: &str) -> Result<Self, StyleError> {
-        let style: Self = parameters::read(name, text)?;
-        style.check_values_of_maps().map_err(|wrong| parameters::in_text(wrong, name, text))?;
-        Ok(style)
+        Ok(parameters::read(name, text)?)
     }
 
     /// Loads the recipes and images that the style names.

@@ -29,7 +29,13 @@ impl FromStr for SetValue {
             .split_once('=')
             .filter(|(key, _)| !key.trim().is_empty())
             .ok_or("it must be KEY=VALUE, such as strokes.width_px=2")?;
-        Ok(Self { key: key.trim().to_owned(), text: value.trim().to_owned() })
+        // The first layer of a kind has no number.
+        let key = key.trim();
+        let key = match key.split_once('.') {
+            Some((layer, within)) => format!("{}.{within}", layer.strip_suffix("[0]").unwrap_or(layer)),
+            None => key.to_owned(),
+        };
+        Ok(Self { key, text: value.trim().to_owned() })
     }
 }
 

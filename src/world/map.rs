@@ -14,19 +14,31 @@ use crate::tiles::Terrain;
 /// Largest number of tiles along a side whose heights are read.
 const ASKED_TILES: u32 = 3;
 
+/// The edges of a picture that are bare paper, and not part of the area of a map.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Edges {
+    /// Rows at the bottom, inside the frame.
+    pub foot_px: u32,
+    /// Width of the frame on all sides.
+    pub frame_px: u32,
+}
+
 impl OpenWorld {
     /// Returns the map of an area with `size_px` pixels, and its eye.
     pub fn map(&self, area: MapArea, size_px: [u32; 2]) -> (Map, Pose) {
-        self.map_above(area, size_px, 0)
+        self.map_within(area, size_px, Edges::default())
     }
 
-    /// Returns the map of a picture whose lowest `foot_px` rows are bare paper and not part of the area.
-    pub(crate) fn map_above(&self, area: MapArea, [width, height]: [u32; 2], foot_px: u32) -> (Map, Pose) {
+    /// Returns the map of a picture whose edges are bare paper and not part of the area.
+    pub(crate) fn map_within(&self, area: MapArea, [width, height]: [u32; 2], edges: Edges) -> (Map, Pose) {
         let terrain = &self.surfaces.terrain;
+        let Edges { foot_px, frame_px } = edges;
+        let frame_px = frame_px.min(width.min(height).saturating_sub(1) / 2);
+        let [width, height] = [width, height].map(|side| side - 2 * frame_px);
         let foot_px = foot_px.min(height.saturating_sub(1));
         let model_m = lone_model::box_m(&self.scene, &self.surfaces);
         let corners_m = model_m.map_or_else(|| terrain.corners_m(), lone_model::map_corners_m);
-        let map = Map::new(area, corners_m, [width, height - foot_px]).with_foot(foot_px);
+        let map = Map::new(area, corners_m, [width, height - foot_px]).with_foot(foot_px).with_frame(frame_px);
         let range_m = local_range_m(terrain, map.corners_m()).unwrap_or_else(|| terrain.range_m()).map(f64::from);
         let pose = match model_m {
             // Nothing else rises above its ground, except trees that someone plants.

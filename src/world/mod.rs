@@ -4,7 +4,7 @@
 
 pub(crate) mod given_water;
 pub(crate) mod lone_model;
-mod map;
+pub(crate) mod map;
 mod meshes;
 pub(crate) mod path_fit;
 pub(crate) mod open;

@@ -210,6 +210,7 @@ impl Job<'_> {
         let output = self.args.output.clone();
         let mut film = self.film(&kind, &cameras[written.start as usize])?;
         self.warn_of_letters(&self.pose(&cameras[0]));
+        self.warn_of_frame();
         let mut total = PictureReport::default();
         let start_s = self.clock.now_s;
         let warm_up = WarmUp::new(self.args, &kind, &self.style, written.start);

@@ -72,6 +72,7 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     all.dpi = all.dpi.or(*dpi);
     if !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
         all.title = all.title.or_else(|| more.title.clone());
+        all.frame |= all.map.is_some() && more.frame.unwrap_or(false);
     }
     all.samples = all.samples.or(more.samples);
     let curve = more.tone_curve.as_deref().filter(|_| keeps_tones(args));
@@ -230,6 +231,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.show.clone_from(&args.show);
     more.tone_curve = args.tone_curve.map(|curve| curve.to_string());
     more.title.clone_from(&args.title);
+    more.frame = args.frame.then_some(true);
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);

@@ -16,7 +16,7 @@ use crate::file::imprint::escaped;
 use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::unnamed::{self, SideFile, aux_path, world_file_path};
-use crate::picture::{self, PictureReport};
+use crate::picture::{self, PictureReport, map_frame};
 use crate::pyramid::TileStore;
 use crate::pyramid::format::geotags;
 use crate::scene::map::{Map, MapArea};
@@ -27,6 +27,7 @@ use crate::source::georeference::{Crs, Georeference};
 use crate::source::lon_lat::ToWgs84;
 use crate::tiles::grid_projection::GridProjection;
 use crate::world::OpenWorld;
+use crate::world::map::Edges;
 
 /// Checks whether the output can be a map, and whether a format that needs a map gets one.
 pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
@@ -34,6 +35,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     let Some(format) = kind.picture_format() else {
         if args.wgs84 {
             return Err(Misuse(format!("--wgs84: applies only to a .geojson, and {output} is a film")));
+        }
+        if args.frame {
+            return Err(Misuse(format!("--map-frame: frames a map, and {output} is a film")));
         }
         return match args.map {
             Some(_) => Err(Misuse(format!("--map: draws one picture, and {output} is a film"))),
@@ -44,6 +48,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         return Err(Misuse(format!("--wgs84: applies only to a .geojson, and the output is {output}")));
     }
     if args.map.is_none() {
+        if args.frame {
+            return Err(Misuse("--map-frame: frames a map; add --map".to_owned()));
+        }
         return match format {
             PictureFormat::GeoTiff | PictureFormat::GeoJson => {
                 Err(Misuse(format!("{output}: only a map can be georeferenced; add --map")))
@@ -53,6 +60,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     }
     if matches!(kind, OutputKind::Frames(..)) {
         return Err(Misuse(format!("--map: draws one picture, and {output} is a pattern of frames")));
+    }
+    if args.frame && format == PictureFormat::GeoJson {
+        return Err(Misuse(format!("--map-frame: a .geojson has no frame, and the output is {output}")));
     }
     let eyes = args.stereo.eyes();
     if eyes != Eyes::Mono {
@@ -109,6 +119,15 @@ pub(super) fn around_place(args: &RenderArgs, store: &dyn TileStore) -> anyhow::
     Ok(area.map(|area| RenderArgs { map: Some(area), ..args.clone() }))
 }
 
+/// What determines the place of a map in its picture, besides the area.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Page {
+    /// The edges that are bare paper.
+    pub(super) edges: Edges,
+    /// Millimetres on paper per pixel, if the paper has a size.
+    pub(super) mm_per_px: Option<f64>,
+}
+
 /// A map of the open world.
 #[derive(Clone, Debug)]
 pub(super) struct PlacedMap {
@@ -131,10 +150,20 @@ impl PlacedMap {
         args: &RenderArgs,
         kind: &OutputKind,
         world: &OpenWorld,
-        foot_px: f32,
+        page: &Page,
     ) -> Result<Option<Self>, FileError> {
         let Some(area) = args.map else { return Ok(None) };
-        let (map, pose) = world.map_above(area, args.size(), foot_px as u32);
+        let (mut map, mut pose) = world.map_within(area, args.size(), page.edges);
+        if let (MapArea::Whole, true, Some(mm_per_px)) = (area, args.frame, page.mm_per_px) {
+            let m_per_denominator = mm_per_px / 1000.0;
+            let pixel_m = m_per_denominator * map_frame::round_scale(map.pixel_m / m_per_denominator);
+            let edges = page.edges;
+            let columns = args.size()[0].saturating_sub(2 * edges.frame_px).max(1);
+            // The foot is below the area, whose centre is that of the whole map.
+            let centre_m = map.centre_m + DVec2::new(0.0, 0.5 * map.pixel_m * f64::from(edges.foot_px));
+            let area = MapArea::Around { centre_m, width_m: pixel_m * f64::from(columns) };
+            (map, pose) = world.map_within(area, args.size(), edges);
+        }
         let terrain = &world.surfaces.terrain;
         let first_m = map.world_from_px(DVec2::splat(0.5));
         let georeference = terrain.mapping().picture_georeference(terrain.store().georeference(), first_m, map.pixel_m);
@@ -172,31 +201,32 @@ pub(super) fn on_the_earth(
     args: &RenderArgs,
     kind: &OutputKind,
     world: &OpenWorld,
-    foot_px: f32,
+    page: &Page,
 ) -> anyhow::Result<Option<RenderArgs>> {
     let OutputKind::Picture(format @ (PictureFormat::Png | PictureFormat::Jpg | PictureFormat::GeoTiff)) = kind else {
         return Ok(None);
     };
-    let placed = PlacedMap::new(args, kind, world, foot_px)?;
+    let placed = PlacedMap::new(args, kind, world, page)?;
     let Some(placed) = placed.filter(|placed| !placed.has_place) else { return Ok(None) };
     let [low_m, high_m] = world.surfaces.terrain.corners_m();
     let [width, _] = args.size();
     let size_m = high_m - low_m;
     let fitting = [width, (f64::from(width) * size_m.y / size_m.x).floor().clamp(1.0, f64::from(1 << 20)) as u32];
-    let is_free = args.size.is_none() && args.sheets.sheets.is_none() && args.title.is_none();
+    let is_free = args.size.is_none() && args.sheets.sheets.is_none() && args.title.is_none() && !args.frame;
     if is_free && args.map == Some(MapArea::Whole) {
         let centre_m = 0.5 * (low_m + high_m);
         let map = Some(MapArea::Around { centre_m, width_m: size_m.x });
         let fitted = RenderArgs { size: Some(fitting), map, ..args.clone() };
-        if PlacedMap::new(&fitted, kind, world, foot_px)?.is_some_and(|placed| placed.has_place) {
+        if PlacedMap::new(&fitted, kind, world, page)?.is_some_and(|placed| placed.has_place) {
             return Ok(Some(fitted));
         }
     }
     let output = named(&args.output);
     let [width, height_px] = placed.map.size_px;
+    let leave_out = if args.frame { "--map-frame" } else { "--size" };
     let cause = format!(
-        "a map of {width}x{height_px} pixels reaches beyond the poles or once around the earth; leave --size out, or use \
-         --map=EAST,NORTH,WIDTH with less land"
+        "a map of {width}x{height_px} pixels reaches beyond the poles or once around the earth; leave {leave_out} out, or \
+         use --map=EAST,NORTH,WIDTH with less land"
     );
     match format {
         PictureFormat::GeoTiff => bail!("cannot write {output}: {cause}"),

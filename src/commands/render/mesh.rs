@@ -64,6 +64,7 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--eyes", args.stereo.eyes.is_some()),
         ("--fps", args.fps.is_some()),
         ("--frames", args.frames.is_some()),
+        ("--map-frame", args.frame),
         ("--landscape", args.landscape),
         ("--like", args.like.is_some()),
         ("--look-at", args.look.look_at.is_some()),

@@ -1,6 +1,7 @@
 //! `--paper` and `--dpi`: compute the size of a picture in pixels from its size on paper.
 
 use super::RenderArgs;
+use super::vector::SvgOptions;
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::OutputKind;
@@ -64,6 +65,14 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
     ranges::check_pixels(size_px).map_err(|rule| Misuse(format!("--paper: at {dpi} dots per inch {rule}")))?;
     args.size = Some(size_px);
     Ok(args)
+}
+
+/// Returns the length of a pixel on paper in millimetres, if the paper has a size.
+pub(super) fn mm_per_px(args: &RenderArgs, svg: Option<&SvgOptions>) -> Option<f64> {
+    match svg {
+        Some(svg) => svg.mm_per_px(),
+        None => args.dpi.map(|dpi| MM_PER_INCH / dpi),
+    }
 }
 
 fn not_of_a_film(args: &RenderArgs) -> Result<RenderArgs, Misuse> {

@@ -2,14 +2,16 @@
 
 use glam::DVec2;
 
+use super::map::PlacedMap;
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::picture::map_frame::{self, Coordinates, MapFrame};
 use crate::picture::title::{Block, MapScale, Words, block, foot_px, grouped};
 use crate::scene::view::Pose;
 use crate::source::georeference::Crs;
-use crate::style::Style;
+use crate::style::{Paper, Style};
 use crate::vector::{Group, GroupKind, InkKind};
 
 /// Largest number of characters that a warning lists.
@@ -18,11 +20,23 @@ const MAX_NAMED: usize = 30;
 const COMPASS: [&str; 16] =
     ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
 
-/// Returns the style with paper for the title block, if there is a title.
+/// Returns the style with paper for the frame and the title block, if there are any.
 ///
 /// # Errors
 /// Fails if the picture is too small or cannot have a title block.
 pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) -> Result<Style, Misuse> {
+    if args.frame {
+        let ink = style.lettering_ink();
+        map_frame::set_paper(&mut style.paper, ink, args.px_per_style_px());
+        let [width, height] = args.size();
+        let least_px = 4 * map_frame::edge_px(&style.paper);
+        if width.min(height) < least_px {
+            return Err(Misuse(format!(
+                "--map-frame: a picture of {width}x{height} px is too small for a frame; it must have at least \
+                 {least_px}x{least_px} px"
+            )));
+        }
+    }
     if args.title.is_none() {
         return Ok(style);
     }
@@ -34,13 +48,15 @@ pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) 
         let holder = kind.lines_name();
         return Err(Misuse(format!("--title: an anaglyph in {holder} has no title block; write a .png")));
     }
-    style.paper.foot_px = foot_px(&style.paper, args.px_per_style_px());
+    // Coordinates are between a framed map and the block.
+    let margin_px = if args.frame { 0.0 } else { style.paper.margin_px };
+    style.paper.foot_px = foot_px(&Paper { margin_px, ..style.paper.clone() }, args.px_per_style_px());
     let [width, height] = args.size();
     let taken_px = style.paper.foot_px + 2.0 * style.paper.margin_px;
     if taken_px > 0.5 * height as f32 || width < 64 {
         return Err(Misuse(format!(
             "--title: a picture of {width}x{height} px is too small for a title block, which takes {taken_px:.0} px of \
-             its height, margins included"
+             its height, the frame of a map and margins included"
         )));
     }
     Ok(style)
@@ -49,14 +65,34 @@ pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) 
 impl Job<'_> {
     /// Returns the title block of an eye's picture, if there is a title.
     pub(super) fn title_block(&self, pose: &Pose) -> Option<Block> {
-        let title = self.args.title.clone()?;
+        let titled = self.args.title.clone().map(|title| self.titled(title, pose));
+        let Some(map) = self.map.as_ref().filter(|_| self.args.frame) else { return titled };
+        let mut block = titled.unwrap_or_else(|| Block::empty(self.style.lettering_ink()));
+        block.strokes.extend(self.frame(map).strokes);
+        Some(block)
+    }
+
+    /// Returns the frame of a map.
+    fn frame(&self, map: &PlacedMap) -> MapFrame {
+        let terrain = &self.world.surfaces.terrain;
+        let mapping = terrain.mapping();
+        let crs = &terrain.store().georeference().crs;
+        let (kind, unit) = match crs {
+            Crs::Geographic { radians_per_unit, .. } => (Coordinates::Degrees, radians_per_unit.to_degrees()),
+            Crs::Projected { .. } | Crs::Local => (Coordinates::Lengths, 1.0),
+        };
+        let coordinates = |px: DVec2| {
+            let world_m = map.map.world_from_px(px);
+            if *crs == Crs::Local { world_m } else { mapping.crs_from_world(world_m) * unit }
+        };
+        map_frame::map_frame(self.args.size(), &self.style.paper, kind, coordinates, self.args.px_per_style_px())
+    }
+
+    fn titled(&self, title: String, pose: &Pose) -> Block {
         let style = &self.style;
         let (below, scale) = match &self.map {
             Some(map) => {
-                let mm_per_px = match &self.svg {
-                    Some(svg) => svg.mm_per_px(),
-                    None => self.args.dpi.map(|dpi| super::paper::MM_PER_INCH / dpi),
-                };
+                let mm_per_px = super::paper::mm_per_px(self.args, self.svg.as_ref());
                 let mapping = self.world.surfaces.terrain.mapping();
                 let middle_m = map.map.world_from_px(0.5 * map.map.size());
                 let true_north_rad = mapping.true_north_rad(middle_m);
@@ -65,12 +101,45 @@ impl Job<'_> {
                 let code = map.georeference.epsg().map(|code| format!("EPSG:{code} · ")).unwrap_or_default();
                 let width_px = f64::from(self.args.size()[0]) / self.args.px_per_style_px();
                 let convergence = convergence(true_north_rad, width_px < NARROW_PX);
-                (format!("{code}{convergence}{}", style.name), Some(scale))
+                let interval = style.lowest_height_lines().map_or(0.0, |lines| lines.interval_m);
+                let interval = match interval {
+                    0.0 => String::new(),
+                    whole if whole.fract() == 0.0 => format!("contour lines every {} m · ", grouped(whole.into())),
+                    other => format!("contour lines every {other} m · "),
+                };
+                let coordinates = if self.args.frame { self.coordinates() } else { String::new() };
+                (format!("{code}{convergence}{interval}{coordinates}{}", style.name), Some(scale))
             }
             None => (format!("{} · {}", self.seen_from(pose), style.name), None),
         };
         let words = Words { title, below, scale };
-        Some(block(&words, self.args.size(), &style.paper, style.lettering_ink(), self.args.px_per_style_px()))
+        block(&words, self.args.size(), &style.paper, style.lettering_ink(), self.args.px_per_style_px())
+    }
+
+    /// Returns the words of a title block about the coordinates of a frame; degrees need none.
+    fn coordinates(&self) -> String {
+        match &self.world.surfaces.terrain.store().georeference().crs {
+            Crs::Geographic { .. } => String::new(),
+            Crs::Local => "coordinates in m · ".to_owned(),
+            Crs::Projected { metres_per_unit, name } => {
+                let unit = match *metres_per_unit {
+                    1.0 => "m",
+                    1000.0 => "km",
+                    feet if (feet - 0.3048).abs() < 1e-4 => "ft",
+                    _ => "units",
+                };
+                format!("coordinates in {unit} of {name} · ")
+            }
+        }
+    }
+
+    /// Warns once if the frame of a map states no coordinates.
+    pub(super) fn warn_of_frame(&self) {
+        let Some(map) = self.map.as_ref().filter(|_| self.args.frame) else { return };
+        if self.frame(map).labels == 0 {
+            let output = named(&self.args.output);
+            tracing::warn!("--map-frame: {output} is too small, or shows too little land, for round coordinates");
+        }
     }
 
     /// Warns once about characters that neither the lettering nor a font of the machine has.
@@ -86,17 +155,20 @@ impl Job<'_> {
         }
     }
 
-    /// Adds the title block to the lines of a drawing.
+    /// Adds the title block and the frame of a map to the lines of a drawing.
     pub(super) fn add_title(&self, groups: &mut Vec<Group>, pose: &Pose) {
-        if let Some(block) = self.title_block(pose) {
-            groups.push(Group {
-                id: "title".to_owned(),
-                label: "Title block".to_owned(),
-                ink: block.ink,
-                kind: GroupKind::Ink(InkKind::Mark),
-                lines: block.polylines(),
-            });
-        }
+        let title = self.args.title.clone().map(|title| ("title", "Title block", self.titled(title, pose)));
+        let frame = self.map.as_ref().filter(|_| self.args.frame).map(|map| {
+            let strokes = self.frame(map).strokes;
+            ("frame", "Frame of the map", Block { strokes, ..Block::empty(self.style.lettering_ink()) })
+        });
+        groups.extend(title.into_iter().chain(frame).map(|(id, label, block)| Group {
+            id: id.to_owned(),
+            label: label.to_owned(),
+            ink: block.ink,
+            kind: GroupKind::Ink(InkKind::Mark),
+            lines: block.polylines(),
+        }));
     }
 
     /// Describes where the camera is, as in `46.5312° N 7.9620° E, height 2 350 m, looking SW (220°)`.

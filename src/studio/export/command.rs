@@ -41,6 +41,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         convergence,
         map,
         title,
+        frame,
         focus,
         water,
         tone_curve,
@@ -80,6 +81,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("lod-error", number(*lod_error));
     add("tone-curve", tone_curve.clone());
     add("tile-memory", tile_memory.map(|mib| mib.to_string()));
+    arguments.extend(frame.filter(|is_framed| *is_framed).map(|_| "--map-frame".to_owned()));
     arguments
 }
 
@@ -106,6 +108,7 @@ impl Export {
             imprint.more.map =
                 Some(self.map_width_m.map_or_else(|| "whole".to_owned(), |width_m| format!("{x},{y},{width_m}")));
             imprint.more.time_s = None;
+            imprint.more.frame = (self.is_framed && self.has_title()).then_some(true);
         }
         let mut arguments = vec!["render".to_owned()];
         let mut of_view = view_arguments(&imprint);

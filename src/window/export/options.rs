@@ -120,6 +120,9 @@ fn kind_options(ui: &mut Ui, export: &mut Export) {
                     name(&ui.add(value), "Width of the map in metres");
                 });
             }
+            if export.has_title() {
+                ui.checkbox(&mut export.is_framed, "Frame with coordinates");
+            }
             if export.ending() == "geojson" {
                 ui.checkbox(&mut export.is_wgs84, "Longitudes and latitudes (WGS 84)");
                 pens(ui, export);

@@ -74,6 +74,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("aov_names", Unneeded),
     ("show", Kept("--show lsa -o a.png")),
     ("title", Kept("--title T -o a.svg")),
+    ("frame", Kept("--map 10,20,3000 --map-frame -o a.png")),
     ("tile_memory", Kept("--tile-memory 3 -o a.png")),
     ("tolerance_px", Kept("--tolerance-px 0.5 -o a.svg")),
     ("paper", Kept("--paper a5 -o a.svg")),
@@ -133,6 +134,7 @@ fn drawn(args: &RenderArgs) -> String {
         aov_names: _,
         show,
         title,
+        frame,
         mesh_error: _,
         tile_memory: _,
         tolerance_px,
@@ -153,7 +155,8 @@ fn drawn(args: &RenderArgs) -> String {
     let view = format!("{camera:?} {map:?} {path:?} {} {time_s} {stereo:?} {frames:?} {warm_up:?}", args.fps());
     let quality =
         format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
-    let page = format!("{:?} {dpi:?} {show:?} {title:?} {tolerance_px:?} {paper:?} {margin:?} {pens:?}", args.size());
+    let page =
+        format!("{:?} {dpi:?} {show:?} {title:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}", args.size());
     format!("{world}\n{view}\n{quality}\n{page}")
 }
 
