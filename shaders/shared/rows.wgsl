@@ -75,6 +75,8 @@ struct RowRules {
     row_cells: f32,
     // Tangent of the slope below which land counts as level.
     level: f32,
+    // Number of samples between the ends of neighbouring marks of a row, 0 to 4.
+    stagger: f32,
     // Darkest tone of marks.
     darkest: f32,
     // Part of a mark's length over which it tapers at an end.

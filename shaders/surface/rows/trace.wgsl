@@ -67,10 +67,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Number of samples below and above the seed.
     var reach = vec2<u32>(0u);
     // Number of samples by which the mark is shifted up or down, so that the ends of the marks of a row are not in line:
-    // by the paper-folding sequence, inverted where the number of factors of two is odd, and by one or two samples.
+    // by the paper-folding sequence, inverted where the number of factors of two is odd.
     let twos = firstTrailingBit(index);
-    let fold = (index >> (twos + 1u)) ^ twos;
-    let stagger = select(-1, 1, (fold & 1u) == 1u) * (1 + i32((fold >> 1u) & 1u));
+    let offset = i32(rules.stagger);
+    let up = (offset + 1) / 2;
+    let stagger = select(up - offset, up, (((index >> (twos + 1u)) ^ twos) & 1u) == 1u);
     candidates[sample_word(at, 0)] = pack_place(seed);
     for (var side = 0; side < 2; side++) {
         // Down the slope, then up.

@@ -13,6 +13,8 @@ parameters! {
         spacing_px called "Mark spacing": f32 = 6.0 => Range::Within(2.0, 64.0);
         /// Approximate length of a mark, as a multiple of `spacing_px`.
         length called "Mark length": f32 = 5.0 => Range::Within(3.0, 16.0);
+        /// Distance between the ends of neighbouring marks of a row, as a fraction of the row; at 0 they are in one line.
+        stagger called "Stagger of marks": f32 = 0.3 => Range::Within(0.0, 0.4);
         /// Gentler slopes have no marks.
         level_deg called "Gentlest slope": f32 = 2.0 => Range::Within(0.5, 45.0);
         /// Fraction of the land that the marks cover where the tone is darkest.

@@ -52,6 +52,9 @@ struct Made {
     is_whole: bool,
 }
 
+/// Number of intervals between the samples of a mark that is as high as its row.
+const SAMPLES_OF_ROW: f32 = 10.0;
+
 /// The parameters that blocks are built from, apart from their addresses.
 #[derive(PartialEq)]
 struct MadeOf {
@@ -59,6 +62,7 @@ struct MadeOf {
     store: usize,
     row_cells: f32,
     level: f32,
+    stagger: f32,
 }
 
 /// The cached blocks, on the GPU.
@@ -164,6 +168,7 @@ impl RowMemory {
             spacing_px,
             row_cells: rows.length / MEAN_CELL,
             level: rows.level_deg.to_radians().tan(),
+            stagger: (rows.stagger * SAMPLES_OF_ROW).round(),
             darkest: rows.darkest,
             taper: rows.taper,
             max_marks: max_marks.min(proposals::max_marks(gpu)),
@@ -173,7 +178,8 @@ impl RowMemory {
         };
         let store = terrain.store();
         let address = Arc::as_ptr(store).cast::<()>() as usize;
-        let made_of = MadeOf { store: address, row_cells: rules.row_cells, level: rules.level };
+        let RowRules { row_cells, level, stagger, .. } = rules;
+        let made_of = MadeOf { store: address, row_cells, level, stagger };
         if self.made_of.as_ref() != Some(&made_of) {
             self.made.clear();
             self.made_of = Some(made_of);

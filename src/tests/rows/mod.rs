@@ -189,8 +189,8 @@ fn marks_stand_at_even_distances_also_where_blocks_meet() {
             at_borders.len()
         );
         // The goal is 0.25; docs/decisions/rows.md says what is missing.
-        assert!(varies < 0.38 && (0.8..1.3).contains(&(mean / SPACING_PX)), "{name}");
-        assert!(varies_at_borders < 0.41 && (mean_at_borders / mean - 1.0).abs() < 0.1, "{name}");
+        assert!(varies < 0.36 && (0.8..1.3).contains(&(mean / SPACING_PX)), "{name}");
+        assert!(varies_at_borders < 0.39 && (mean_at_borders / mean - 1.0).abs() < 0.1, "{name}");
         // Planted: every fifth mark is missing.
         let fewer: Vec<Mark> =
             marks.iter().enumerate().filter(|(i, _)| i % 5 > 0).map(|(_, mark)| mark.clone()).collect();
@@ -314,7 +314,7 @@ fn no_white_lines_run_between_rows() {
     };
     let planted = varies_by_height(&extents_m.iter().map(aligned).collect::<Vec<_>>(), &heights_m);
     println!("rows of {row_m:.0} m: marks vary by {found:.2} from height to height, planted {planted:.2}");
-    assert!(found < 0.25 && planted > 0.3, "{found}, planted {planted}");
+    assert!(found < 0.22 && planted > 0.3, "{found}, planted {planted}");
 }
 
 #[test]
@@ -333,7 +333,7 @@ fn marks_belong_to_the_land() {
         inside.iter().filter(has).count() as f64 / inside.len() as f64
     };
     println!("{:.3} of {} marks are at the same point; {:.3} of moved marks", found(0.0), marks.len(), found(60.0));
-    assert!(found(0.0) > 0.77);
+    assert!(found(0.0) > 0.78);
     // Planted: marks moved by 60 m.
     assert!(found(60.0) < 0.5);
 }
