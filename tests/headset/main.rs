@@ -189,8 +189,11 @@ fn runtime() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let library = test.parent().unwrap().parent().unwrap().join("examples/libhachure_test_runtime.so");
     if is_older(&library, &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/headset/runtime")) {
+        // The folder of the profile with which this test was built; only that of `dev` has another name.
+        let profile = library.ancestors().nth(2).and_then(Path::file_name).unwrap().to_str().unwrap();
+        let profile = if profile == "debug" { "dev" } else { profile };
         let mut cargo = Command::new(env!("CARGO"));
-        cargo.args(["build", "--release", "--example", "hachure_test_runtime"]);
+        cargo.args(["build", "--profile", profile, "--example", "hachure_test_runtime"]);
         cargo.current_dir(env!("CARGO_MANIFEST_DIR"));
         cargo.env_remove("RUSTC_BOOTSTRAP");
         cargo.env("CARGO_TARGET_DIR", library.ancestors().nth(3).unwrap());
