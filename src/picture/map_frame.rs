@@ -143,7 +143,8 @@ fn unwrapped(mut values: Vec<f64>, kind: Coordinates) -> Vec<f64> {
     values
 }
 
-/// Returns the smallest round step that is at least `least`; `None` if there is none, as on a map of half the earth.
+/// Returns the smallest round step that is at least `least`; `None` if the side is too short for two ticks of a globe, or
+/// has a single coordinate.
 fn step(least: f64, kind: Coordinates) -> Option<f64> {
     if !(least.is_finite() && least > 0.0) {
         return None;
@@ -157,8 +158,8 @@ fn step(least: f64, kind: Coordinates) -> Option<f64> {
 /// Returns the smallest of some multiples of powers of ten that is at least a number. The multiples are from 1 to 10.
 fn least_of(multiples: &[f64], number: f64) -> f64 {
     let power = 10.0_f64.powf(number.log10().floor());
-    let mut usual = multiples.iter().map(|multiple| multiple * power);
-    usual.find(|usual| *usual >= number * (1.0 - 1e-9)).unwrap_or(number)
+    let mut round = multiples.iter().map(|multiple| multiple * power);
+    round.find(|round| *round >= number * (1.0 - 1e-9)).unwrap_or(number)
 }
 
 fn crossings(values: &[f64], step: f64, kind: Coordinates, axis: usize) -> Vec<Crossing> {

@@ -38,7 +38,7 @@ fn definition(key: &str) -> Option<Definition> {
 /// Checks an entry whether or not a style has its layer or section.
 ///
 /// # Errors
-/// What is wrong with it.
+/// Returns the message about an unknown key, a value of another kind or a value out of range.
 fn check_alone(set: &SetValue) -> Result<(), String> {
     let Some(Definition { kind, range, .. }) = definition(&set.key) else {
         // The whole style names similar keys.

@@ -119,7 +119,7 @@ pub(super) fn around_place(args: &RenderArgs, store: &dyn TileStore) -> anyhow::
     Ok(area.map(|area| RenderArgs { map: Some(area), ..args.clone() }))
 }
 
-/// What determines the place of a map in its picture, besides the area.
+/// The page that carries a map. Its edges and its scale determine where the map is in the picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Page {
     /// The edges that are bare paper.

@@ -20,7 +20,7 @@ const MAX_NAMED: usize = 30;
 const COMPASS: [&str; 16] =
     ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
 
-/// Returns the style with paper for the frame and the title block, if there are any.
+/// Returns the style with paper for the frame of a map and for the title block, where they are drawn.
 ///
 /// # Errors
 /// Fails if the picture is too small or cannot have a title block.
