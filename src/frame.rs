@@ -57,6 +57,7 @@ use crate::surface::rows::reach::Culling;
 pub use crate::tiles::terrain::Prepared;
 use crate::tiles::terrain::{Loading, TerrainView};
 use crate::tones::fit::FrameFit;
+use crate::tones::masses::FrameMasses;
 use crate::world::Surfaces;
 
 /// Returns the view for which the terrain selects tiles and patches, once for all eyes of a rig. The horizon is
@@ -188,6 +189,8 @@ struct FrameInputs<'a> {
     temporal_aa: Option<temporal_aa::Plan>,
     /// The curve that fits the tones to the picture, in a style that does so.
     fit: Option<FrameFit>,
+    /// The edited masses of stepped tones, in a style that edits them and a frame that can.
+    masses: Option<FrameMasses>,
 }
 
 impl Renderer {
@@ -482,6 +485,7 @@ impl Renderer {
         // No time passes between samples of a picture at rest, so strokes do not fade between them.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
         let fit = self.tones.frame(&mut recorder, &tones::TonesInputs { rig, style, light, step_s, land_changes });
+        let masses = self.tones.masses(&mut recorder, rig, style);
         let hidden = &self.hidden;
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();
@@ -507,6 +511,7 @@ impl Renderer {
             rows: rows.as_ref(),
             temporal_aa,
             fit,
+            masses,
         };
         self.may_sway = passes::render_eyes(&mut recorder, &inputs, &mut self.eyes);
         let is_complete = recorder.is_complete();

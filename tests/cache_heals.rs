@@ -1,6 +1,6 @@
 //! Damaged caches: the program rebuilds what is damaged, prints one line, and draws the same picture, bit for bit.
 //!
-//! Damages 12 caches by default; `HACHURE_DAMAGED_CACHES=100` damages 100.
+//! Damages 6 caches by default, and 12 with `HACHURE_TESTS=full`; `HACHURE_DAMAGED_CACHES=100` damages 100.
 #![allow(clippy::disallowed_methods, reason = "the test writes damaged files")]
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
@@ -137,7 +137,8 @@ fn damaged_caches_heal() {
     if !has_gpu() {
         return;
     }
-    let count = std::env::var("HACHURE_DAMAGED_CACHES").map_or(12, |count| count.parse().unwrap());
+    let default = if std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full") { 12 } else { 6 };
+    let count = std::env::var("HACHURE_DAMAGED_CACHES").map_or(default, |count| count.parse().unwrap());
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("cache");
     let (world, other) = (dem(folder.path(), "world.asc", 500.0), dem(folder.path(), "other.asc", 600.0));

@@ -155,6 +155,34 @@ fn places_and_normals_are_those_of_the_slope() {
 }
 
 #[test]
+fn an_exr_has_its_camera() {
+    let folder = place();
+    program::draw(folder.path(), "slope.asc --size 128x72 --camera=10,-1600,1700,30,-20,50 --dpi 200 -o a.exr");
+    let found = MetaData::read_from_file(folder.path().join("a.exr"), false).unwrap();
+    let own = &found.headers[0].own_attributes;
+    assert_eq!(own.horizontal_density, Some(200.0));
+    // Multiplies a row vector by a matrix in row-major order.
+    let times = |point: [f64; 3], matrix: [f32; 16]| -> [f64; 4] {
+        let row = [point[0], point[1], point[2], 1.0];
+        std::array::from_fn(|i| (0..4).map(|k| row[k] * f64::from(matrix[4 * k + i])).sum())
+    };
+    let (camera, ndc) = (own.world_to_camera.unwrap(), own.world_to_normalized_device.unwrap());
+    let (yaw, pitch) = (30f64.to_radians(), (-20f64).to_radians());
+    let ahead = [yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin()];
+    let right = [yaw.cos(), -yaw.sin(), 0.0];
+    let eye = [10.0, -1600.0, 1700.0];
+    let at = |ahead_m: f64, right_m: f64| std::array::from_fn(|i| eye[i] + ahead_m * ahead[i] + right_m * right[i]);
+    let near = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.01);
+    assert!(near(times(at(500.0, 20.0), camera), [20.0, 0.0, -500.0, 1.0]), "{:?}", times(at(500.0, 20.0), camera));
+    assert!(!near(times(at(500.0, 20.0), camera), [-20.0, 0.0, -500.0, 1.0]));
+    // A point at the right edge of the picture.
+    let side_m = 500.0 * 25f64.to_radians().tan() * 128.0 / 72.0;
+    let [x, y, z, w] = times(at(500.0, side_m), ndc);
+    assert!(near([x / w, y / w, z / w, w], [1.0, 0.0, 0.0, 500.0]), "{:?}", [x, y, z, w]);
+    assert!(near(times(eye, camera), [0.0, 0.0, 0.0, 1.0]));
+}
+
+#[test]
 fn names_without_channels_are_reported() {
     let folder = place();
     for (arguments, words) in [

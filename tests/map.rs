@@ -13,6 +13,7 @@ use std::process::Output;
 
 use hachure::file::png::{Picture, read_rgba8};
 use hachure::source;
+use program::full;
 use serde_json::Value;
 
 /// Columns and rows of the land with pillars, and the metres between samples.
@@ -261,7 +262,8 @@ fn lines_lie_on_the_land_that_they_follow() {
     let properties = &border["properties"];
     assert_eq!((properties["layer"].as_str(), properties["pen"].is_null()), (Some("borders"), true));
     assert!(properties["width_m"].as_f64().unwrap() > pixel_m && properties["ink"].as_str().unwrap().starts_with('#'));
-    place.draw("pillars.asc --map --style strokes --size 400x300 --pens 1 -o pens.geojson");
+    let size = if full() { "400x300" } else { "100x75" };
+    place.draw(&format!("pillars.asc --map --style strokes --size {size} --pens 1 -o pens.geojson"));
     assert!(place.features("pens.geojson").1.iter().all(|feature| feature["properties"]["pen"] == 1));
 }
 
@@ -310,8 +312,9 @@ fn lines_say_what_they_show() {
         x.hypot(y)
     };
     place.land("cone", &head, [121, 121], Some(UTM), |column, row| 900.0 - SLOPE * from_top_m(column, row));
-    place.draw("cone.asc --map=0,0,1100 --style pen --size 220x220 -o cone.geojson");
-    place.draw("cone.asc --map=0,0,1100 --style pen --size 220x220 --wgs84 -o wgs84.geojson");
+    let style = if full() { "pen" } else { "strokes" };
+    place.draw(&format!("cone.asc --map=0,0,1100 --style {style} --size 220x220 -o cone.geojson"));
+    place.draw(&format!("cone.asc --map=0,0,1100 --style {style} --size 220x220 --wgs84 -o wgs84.geojson"));
     let (_, features) = place.features("cone.geojson");
     let number = |value: &Value| value.as_f64().unwrap();
     let top = [CORNER_M[0] + 60.5 * SPACING_M, CORNER_M[1] + 60.5 * SPACING_M];
@@ -407,7 +410,8 @@ fn all_files_of_a_map_appear_or_none_and_no_input_is_lost() {
     let place = Place::pillars();
     let before = fs::read_to_string(place.path("pillars.prj")).unwrap();
     // A .prj belongs to a DEM or to a shapefile, so a map does not write one.
-    place.draw("pillars.asc --map --size 64x48 -o pillars.png");
+    let style = if full() { "ink" } else { "plain" };
+    place.draw(&format!("pillars.asc --map --size 64x48 --style {style} -o pillars.png"));
     assert_eq!(fs::read_to_string(place.path("pillars.prj")).unwrap(), before);
     fs::create_dir(place.path("map.pgw")).unwrap();
     let said = place.refused("pillars.asc --map --size 64x48 -o map.png");
@@ -419,14 +423,15 @@ fn all_files_of_a_map_appear_or_none_and_no_input_is_lost() {
     let of_map: Vec<_> = left.iter().filter(|name| name.contains("map") || name.contains("part")).collect();
     assert_eq!(of_map, ["map.pgw"]);
     fs::remove_dir(place.path("map.pgw")).unwrap();
-    place.draw("pillars.asc --map --size 64x48 -o map.png");
+    place.draw(&format!("pillars.asc --map --size 64x48 --style {style} -o map.png"));
     assert!(["map.png", "map.pgw", "map.png.aux.xml"].iter().all(|name| place.path(name).is_file()));
 }
 
 #[test]
 fn a_map_is_drawn_again() {
     let place = Place::pillars();
-    place.draw("pillars.asc --map=100,-50,900 --style pen --size 96x64 -o map.png");
+    let style = if full() { "pen" } else { "lsa" };
+    place.draw(&format!("pillars.asc --map=100,-50,900 --style {style} --size 96x64 -o map.png"));
     place.draw("--like map.png -o again.png");
     assert_eq!(place.read("map.png"), place.read("again.png"));
     assert_eq!(place.world_file("map.pgw"), place.world_file("again.pgw"));

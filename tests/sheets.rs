@@ -12,6 +12,7 @@ use hachure::file::png::{Picture, read_rgba8};
 use hachure::internals::{Place, Sheets, Wish};
 use hachure::internals::{SheetWriter, sheet_path};
 use kurbo::{BezPath, ParamCurve, ParamCurveArclen};
+use program::full;
 
 const MM_PER_INCH: f64 = 25.4;
 
@@ -83,8 +84,9 @@ fn unlike(poster: &Picture, folder: &Path, [across, down]: [&Axis; 2], shift: us
 fn sheets_are_the_poster_pixel_for_pixel() {
     let folder = tempfile::tempdir().unwrap();
     write_hill(folder.path());
-    let arguments = "hill.asc --style crosshatch --paper 300x200 --dpi 60 --sheets a6 --sheets-overlap 12";
-    let said = program::run(folder.path(), &format!("{arguments} -o poster.png"));
+    let style = if full() { "crosshatch" } else { "lsa" };
+    let drawing = format!("hill.asc --style {style} --paper 300x200 --dpi 60");
+    let said = program::run(folder.path(), &format!("{drawing} --sheets a6 --sheets-overlap 12 -o poster.png"));
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
     let said = String::from_utf8(said.stdout).unwrap();
     let expected = "9 sheets of 148x105 mm, poster-A1.png to poster-C3.png: 3 rows of 3, overlapping by 12 mm";
@@ -109,7 +111,7 @@ fn sheets_are_the_poster_pixel_for_pixel() {
     assert!((0..350).any(|x| strip.clone().any(|y| dark(x, y))));
     assert!((0..350).all(|x| (0..14).chain(234..248).all(|y| !dark(x, y))));
     // Without sheets the poster is the same.
-    program::draw(folder.path(), "hill.asc --style crosshatch --paper 300x200 --dpi 60 -o alone.png");
+    program::draw(folder.path(), &format!("{drawing} -o alone.png"));
     assert!(read_rgba8(&folder.path().join("alone.png")).unwrap() == poster);
 }
 
@@ -125,7 +127,7 @@ fn bands_of_any_height_make_the_same_sheets() {
     let [across, down] = if sheets.paper[0] > sheets.paper[1] { [80.0, 60.0] } else { [60.0, 80.0] };
     let across = Axis::new(across, width, 3.0 * MM_PER_INCH, 5.0, 2.0);
     let down = Axis::new(down, height, 3.0 * MM_PER_INCH, 5.0, 2.0);
-    for band in [1, 7, 100, height] {
+    for band in [1, 100, 7, height].into_iter().take(if full() { 4 } else { 2 }) {
         let mut writer = SheetWriter::new(sheets, &path, Notes::default());
         poster.rgba.chunks(band * width * 4).for_each(|rows| writer.write_rows(rows).unwrap());
         let ended = writer.end().unwrap();

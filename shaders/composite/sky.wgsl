@@ -14,6 +14,7 @@
 #import hachure::view::{View, above_horizon, ray_of_pixel}
 #import hachure::pcg::pcg
 #import hachure::line_ink::line_ink
+#import hachure::power::power
 
 struct SkyLook {
     // Linear colour, like all colours here.
@@ -43,6 +44,19 @@ struct SkyLook {
     streaks: u32,
     // Cosine and sine of the horizon's depression below level.
     below_level: vec2<f32>,
+    // Factor of a cloud's colour at its base.
+    cloud_shade: vec3<f32>,
+    // Width of the ruled lines that shade a cloud's base.
+    cloud_rules_px: f32,
+    // Left, top, right and bottom of the area inside the paper's margin.
+    frame_px: vec4<f32>,
+    // 1: clouds are composed for this one picture, so no cloud is cut; 0: they depend on directions alone.
+    composed: u32,
+    // 1: the disc of a composed picture has its place on the sheet; 0: it is where the light comes from.
+    sun_in_view: u32,
+    // Width of the glow around the sun, over which it loses half of its light; 0: no glow.
+    glow_rad: f32,
+    pad_a: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -54,6 +68,8 @@ const TURN: f32 = 6.2831855;
 // Height above the horizon at which ruled lines have their full width (or, for a negative fade, their least), in focal
 // lengths.
 const FADED: f32 = 0.6;
+// How far below the level of the eye there are ruled lines, in focal lengths: from a height the skyline is lower.
+const LOW: f32 = 0.06;
 // Gap between ruled lines and clouds or the sun.
 const GAP_PX: f32 = 1.5;
 // Rows of clouds, elevation of the lowest base in radians, and ratio between the elevations of consecutive bases.
@@ -62,9 +78,25 @@ const LOWEST_RAD: f32 = 0.045;
 const NEXT_ROW: f32 = 1.75;
 // Width of a cell relative to the width of its widest cloud.
 const CELL: f32 = 1.5;
-// Discs of a cloud along its base, and in all.
-const BASE_DISCS: u32 = 5u;
-const DISCS: u32 = 8u;
+// Discs of a heap along its base, and in all; discs of a band.
+const BASE_DISCS: u32 = 6u;
+const DISCS: u32 = 14u;
+const STREAK_DISCS: u32 = 8u;
+// Height of the tallest cloud in half widths, before it is flattened, and up to which part of that it has shade.
+const TALLEST: f32 = 0.72;
+const SHADED: f32 = 0.34;
+// Place of a composed sun, as parts of the frame's width and of the sky's height from above, and least height of a sky
+// that has one, in radii.
+const SUN_PLACE: vec2<f32> = vec2<f32>(0.2, 0.4);
+const LEAST_SKY: f32 = 3.5;
+// Part of the sun's light next to its disc, with a glow.
+const GLOW: f32 = 0.35;
+// Air between clouds and the frame, as a part of the picture's width and height.
+const AIR: f32 = 0.02;
+// Size below which a cloud at the frame is left out, as a part of its own.
+const LEAST_FIT: f32 = 0.35;
+// Part of an outline's width that is left where it faces the light.
+const LIT_OUTLINE: f32 = 0.45;
 // Cells along the side of a cube's face; each may have a star.
 const STAR_CELLS: f32 = 72.0;
 // Border of a cell that is kept free of star centres, as a fraction of the cell's side.
@@ -82,60 +114,110 @@ fn cover(away_px: f32) -> f32 {
     return clamp(0.5 - away_px, 0.0, 1.0);
 }
 
-// Returns the ink of ruled lines at a height above the horizon.
-fn rules(above_px: f32) -> f32 {
+// Returns the ink of ruled lines of a width at a height above the horizon.
+fn rules(above_px: f32, width_px: f32) -> f32 {
     let number = floor(above_px / sky_look.spacing_px);
     let middle_px = (number + 0.5) * sky_look.spacing_px;
     let high = clamp(middle_px / (FADED * view.focal_px), 0.0, 1.0);
     let lost = max(sky_look.fade, 0.0) * (1.0 - high) + max(-sky_look.fade, 0.0) * high;
-    return line_ink(above_px - middle_px, sky_look.rules_px * (1.0 - lost));
+    return line_ink(above_px - middle_px, width_px * (1.0 - lost));
 }
 
-// Returns the signed distance to the outline of a cloud, negative inside, and its gradient's length. `at` is the
-// position relative to the middle of the cloud's base, in half widths; `flat` is the vertical scale of its discs.
-fn cloud_at(at: vec2<f32>, flat: f32, cell: vec2<i32>) -> vec2<f32> {
+// What a pixel has of the nearest cloud.
+struct Cloud {
+    // Signed distance to the outline, negative inside.
+    away_px: f32,
+    // How much the nearest piece of the outline faces the light, 0 to 1; a level base faces away.
+    lit: f32,
+    // Shade inside the cloud: 1 at its base, 0 toward its top.
+    shade: f32,
+    // 1 where the nearest piece of the outline is the level base.
+    at_base: f32,
+}
+
+// Returns the signed distance to the outline of a cloud, negative inside, the gradient's length, and the outline's
+// outward direction. `at` is the position relative to the middle of the cloud's base, in half widths; `flat` is the
+// vertical scale of its discs.
+fn cloud_at(at: vec2<f32>, flat: f32, cell: vec2<i32>) -> vec4<f32> {
     let p = vec2<f32>(at.x, at.y / flat);
-    var nearest = vec2<f32>(1e9, 1.0);
-    for (var i = 0u; i < DISCS; i++) {
+    var nearest = vec4<f32>(1e9, 1.0, 0.0, 1.0);
+    let is_streak = sky_look.streaks == 1u;
+    let discs = select(DISCS, STREAK_DISCS, is_streak);
+    for (var i = 0u; i < discs; i++) {
         let by_chance = chance(cell, 8u + i);
+        let place = f32(i);
         var middle: vec2<f32>;
         var radius: f32;
-        if i < BASE_DISCS {
-            let along = (f32(i) - 2.0) * 0.36 + 0.1 * (by_chance.x - 0.5);
+        if is_streak && i < 5u {
+            let along = (place - 2.0) * 0.36 + 0.1 * (by_chance.x - 0.5);
             radius = (0.36 - 0.3 * along * along) * (0.8 + 0.35 * by_chance.y);
             middle = vec2<f32>(along, 0.45 * radius);
-        } else if sky_look.streaks == 1u {
+        } else if is_streak {
             // A second, shorter band next to the first.
             let side = select(-1.0, 1.0, (pcg(vec2<u32>(cell)).x & 1u) == 1u);
             radius = 0.2 + 0.08 * by_chance.y;
-            middle = vec2<f32>(side * 0.35 + (f32(i) - 6.0) * 0.2, 0.5);
+            middle = vec2<f32>(side * 0.35 + (place - 6.0) * 0.2, 0.5);
+        } else if i < BASE_DISCS {
+            let along = (place - 2.5) * 0.29 + 0.08 * (by_chance.x - 0.5);
+            radius = (0.3 - 0.24 * along * along) * (0.75 + 0.5 * by_chance.y);
+            middle = vec2<f32>(along, 0.45 * radius);
         } else {
-            radius = 0.2 + 0.14 * by_chance.y;
-            middle = vec2<f32>((f32(i) - 6.0) * 0.27 + 0.16 * (by_chance.x - 0.5), 0.26 + 0.14 * by_chance.y);
+            let along = (place - 9.5) * 0.17 + 0.12 * (by_chance.x - 0.5);
+            let high = pcg(vec2<u32>(cell) + vec2<u32>(i, 77u)).y >> 8u;
+            radius = 0.1 + 0.12 * by_chance.y;
+            middle = vec2<f32>(along, 0.16 + 0.34 * f32(high) / 16777216.0 * (1.0 - 1.7 * along * along));
         }
         let way = p - middle;
         let away = length(way);
         if away - radius < nearest.x {
             let along = way / max(away, 1e-6);
-            nearest = vec2<f32>(away - radius, length(vec2<f32>(along.x, along.y / flat)));
+            nearest = vec4<f32>(away - radius, length(vec2<f32>(along.x, along.y / flat)), along);
         }
     }
-    if sky_look.streaks == 0u && -p.y > nearest.x {
-        return vec2<f32>(-p.y, 1.0 / flat);
+    // The base is level, but not by a ruler.
+    let phase = chance(cell, 4u);
+    let base = 0.025 * (sin(7.0 * p.x + 6.3 * phase.x) + sin(13.0 * p.x + 6.3 * phase.y));
+    if !is_streak && base - p.y > nearest.x {
+        return vec4<f32>(base - p.y, 1.0 / flat, 0.0, -1.0);
     }
     return nearest;
 }
 
-// Returns the distance to the nearest outline of a cloud in pixels, negative inside.
-fn clouds_px(azimuth: f32, elevation: f32, pixel_rad: f32) -> f32 {
-    var nearest_px = FAR_PX;
-    var base = LOWEST_RAD;
+// Returns the position of a direction on the picture, and a third number that is positive in front of the eye.
+fn on_sheet(toward: vec3<f32>) -> vec3<f32> {
+    let across = normalize(cross(view.ray_dx, view.ray_dy));
+    let axis = select(-across, across, dot(across, view.ray_corner) > 0.0);
+    let ahead = dot(toward, axis);
+    let off = toward / max(ahead, 1e-4) - view.ray_corner;
+    return vec3<f32>(vec2<f32>(dot(off, view.ray_dx), dot(off, view.ray_dy)) / dot(view.ray_dx, view.ray_dx), ahead);
+}
+
+// Returns the middle of the sun's disc on a composed picture, and its radius, in pixels; a radius of 0 is no sun.
+fn sun_on_sheet() -> vec3<f32> {
+    let radius_px = sky_look.sun_rad * view.focal_px;
+    if sky_look.sun_in_view == 0u {
+        let middle = on_sheet(sky_look.to_sun);
+        return vec3<f32>(middle.xy, select(0.0, radius_px, middle.z > 0.0));
+    }
+    let frame_px = sky_look.frame_px;
+    let x = mix(frame_px.x, frame_px.z, SUN_PLACE.x);
+    // The horizon at that column.
+    let horizon_px = -(view.ray_corner.z + x * view.ray_dx.z) / select(view.ray_dy.z, -1e-9, view.ray_dy.z > -1e-9);
+    let sky_px = min(horizon_px, frame_px.w) - frame_px.y;
+    return vec3<f32>(x, frame_px.y + SUN_PLACE.y * sky_px, select(0.0, radius_px, sky_px > LEAST_SKY * radius_px));
+}
+
+// Returns what a pixel at a position on the picture has of clouds.
+fn cloud_seen(px: vec2<f32>, azimuth: f32, elevation: f32, pixel_rad: f32) -> Cloud {
+    var seen = Cloud(FAR_PX, 0.0, 0.0, 0.0);
+    let is_streak = sky_look.streaks == 1u;
+    // Upward on the sheet, away from the horizon.
+    let up = normalize(vec2<f32>(view.ray_dx.z, view.ray_dy.z) + vec2<f32>(0.0, -1e-12));
+    let disc = sun_on_sheet();
     for (var row = 0u; row < ROWS; row++) {
+        let base = LOWEST_RAD * power(NEXT_ROW, f32(row));
         let half_width = 0.85 * base + 0.03;
-        var flat = mix(0.6, 1.0, f32(row) / f32(ROWS - 1u));
-        if sky_look.streaks == 1u {
-            flat *= 0.2;
-        }
+        let low = mix(0.6, 1.0, f32(row) / f32(ROWS - 1u)) * select(1.0, 0.2, is_streak);
         if abs(elevation - base) < half_width {
             let around = cos(base);
             let cells = floor(TURN * around / (2.0 * CELL * half_width));
@@ -143,17 +225,57 @@ fn clouds_px(azimuth: f32, elevation: f32, pixel_rad: f32) -> f32 {
             let wrapped = (floor(place) % cells + cells) % cells;
             let cell = vec2<i32>(i32(wrapped), i32(row));
             let size = chance(cell, 1u);
+            let flat = low * (0.65 + 0.35 * size.y);
             if chance(cell, 0u).x < sky_look.clouds {
-                let half = half_width * (0.55 + 0.45 * size.x);
-                let shift = (chance(cell, 2u) - 0.5) * vec2<f32>(0.8 * half_width, 0.4 * base);
+                var half = half_width * (0.55 + 0.45 * size.x);
+                let shift = (chance(cell, 2u) - 0.5) * vec2<f32>(0.6 * half_width, 0.4 * base);
                 let x = (place - floor(place) - 0.5) * TURN * around / cells - shift.x;
-                let found = cloud_at(vec2<f32>(x, elevation - base - shift.y) / half, flat, cell);
-                nearest_px = min(nearest_px, found.x * half / (found.y * pixel_rad));
+                var at = vec2<f32>(x, elevation - base - shift.y);
+                var px_of_one = half / pixel_rad;
+                if sky_look.composed == 1u {
+                    // The base is level on the sheet, and the whole cloud is within the frame: it is smaller near it.
+                    let middle_azimuth = azimuth - x / around;
+                    let high = base + shift.y;
+                    let toward = vec3<f32>(vec2<f32>(sin(middle_azimuth), cos(middle_azimuth)) * cos(high), sin(high));
+                    let middle = on_sheet(toward);
+                    if middle.z <= 0.0 {
+                        continue;
+                    }
+                    let middle_px = middle.xy;
+                    let whole_px = half * view.focal_px;
+                    let tall_px = whole_px * flat * TALLEST;
+                    let air_px = AIR * (sky_look.frame_px.zw - sky_look.frame_px.xy);
+                    let aside_px = min(middle_px.x - sky_look.frame_px.x, sky_look.frame_px.z - middle_px.x) - air_px.x;
+                    let above_px = middle_px.y - sky_look.frame_px.y - air_px.y;
+                    var fits = min(1.0, min(aside_px / whole_px, above_px / tall_px));
+                    if sky_look.sun_in_view == 1u {
+                        // Nor does a cloud cover the sun.
+                        let clear_px = length((middle_px - disc.xy) * vec2<f32>(1.0, 1.6)) - 1.3 * disc.z;
+                        fits = select(fits, min(fits, clear_px / whole_px), disc.z > 0.0);
+                    }
+                    if fits < LEAST_FIT {
+                        continue;
+                    }
+                    half *= fits * smoothstep(LEAST_FIT, LEAST_FIT + 0.2, fits);
+                    let way = px - middle_px;
+                    at = vec2<f32>(-up.y * way.x + up.x * way.y, dot(up, way)) / view.focal_px;
+                    px_of_one = half * view.focal_px;
+                }
+                let found = cloud_at(at / half, flat, cell);
+                let away_px = found.x * px_of_one / found.y;
+                if away_px < seen.away_px {
+                    let aside = vec2<f32>(cos(azimuth), -sin(azimuth));
+                    let light = normalize(vec2<f32>(dot(sky_look.to_sun.xy, aside), sky_look.to_sun.z + 0.35));
+                    let high = at.y / (half * flat) + 0.2 * at.x / half * light.x;
+                    seen.away_px = away_px;
+                    seen.lit = smoothstep(-0.2, 0.7, dot(found.zw, light));
+                    seen.shade = 1.0 - smoothstep(0.04, SHADED, high);
+                    seen.at_base = f32(found.w == -1.0);
+                }
             }
         }
-        base *= NEXT_ROW;
     }
-    return nearest_px;
+    return seen;
 }
 
 // Returns the brightness at this direction of the star in the direction's cell, 0 to 1.
@@ -231,19 +353,44 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, sky_look.star, star_light(way, height, pixel_rad));
     }
     var ink = 0.0;
-    if sky_look.rules_px > 0.0 && above_px > 0.0 && rise > 1e-6 {
-        ink = rules(above_px);
+    if sky_look.rules_px > 0.0 && above_px > -LOW * view.focal_px && rise > 1e-6 {
+        ink = rules(above_px, sky_look.rules_px);
     }
     if sky_look.sun_rad > 0.0 {
         let angle = atan2(length(cross(way, sky_look.to_sun)), dot(way, sky_look.to_sun));
-        let sun_px = (angle - sky_look.sun_rad) / pixel_rad;
+        var sun_px = (angle - sky_look.sun_rad) / pixel_rad;
+        if sky_look.composed == 1u {
+            // A disc on the sheet, also where a lens would draw it as an ellipse.
+            let disc = sun_on_sheet();
+            sun_px = length(vec2<f32>(pixel + view.origin_px) + 0.5 - disc.xy) - disc.z;
+            sun_px = select(FAR_PX, sun_px, disc.z > 0.0);
+        }
+        if sky_look.glow_rad > 0.0 {
+            let glow_px = sky_look.glow_rad * select(1.0 / pixel_rad, view.focal_px, sky_look.composed == 1u);
+            color = mix(color, sky_look.sun, GLOW * exp2(-max(sun_px, 0.0) / glow_px));
+        }
         color = mix(color, sky_look.sun, cover(sun_px));
         ink = max(ink * (1.0 - cover(sun_px - GAP_PX)), line_ink(sun_px, sky_look.outline_px));
     }
     if sky_look.clouds > 0.0 && height > 0.0 {
-        let away_px = clouds_px(atan2(way.x, way.y), asin(min(height, 1.0)), pixel_rad);
-        color = mix(color, sky_look.cloud, cover(away_px));
-        ink = max(ink * (1.0 - cover(away_px - GAP_PX)), line_ink(away_px, sky_look.outline_px));
+        let px = vec2<f32>(pixel + view.origin_px) + 0.5;
+        let cloud = cloud_seen(px, atan2(way.x, way.y), asin(min(height, 1.0)), pixel_rad);
+        let color_there = sky_look.cloud * mix(vec3<f32>(1.0), sky_look.cloud_shade, cloud.shade);
+        color = mix(color, color_there, cover(cloud.away_px));
+        ink *= 1.0 - cover(cloud.away_px - GAP_PX);
+        // Ruled lines end the shade at the base in place of an outline.
+        let is_ruled = sky_look.cloud_rules_px > 0.0;
+        let open = cloud.at_base * f32(is_ruled);
+        let width_px = sky_look.outline_px * mix(1.0, LIT_OUTLINE, cloud.lit) * (1.0 - open);
+        ink = max(ink, line_ink(cloud.away_px, width_px));
+        if is_ruled && above_px > -LOW * view.focal_px && rise > 1e-6 {
+            // Strokes of a hand: each begins and ends at a place of its own.
+            let row = i32(floor(above_px / sky_look.spacing_px));
+            let ends = chance(vec2<i32>(row, i32(floor(px.x / (23.0 * sky_look.spacing_px)))), 3u);
+            let inset_px = GAP_PX + ends.x * ends.y * 9.0 * sky_look.spacing_px;
+            let shade_ink = rules(above_px, sky_look.cloud_rules_px * cloud.shade);
+            ink = max(ink, shade_ink * cover(cloud.away_px + inset_px * (1.0 - cloud.at_base)));
+        }
     }
     textureStore(sky, pixel, vec4<f32>(color, ink));
 }

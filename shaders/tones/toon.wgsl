@@ -14,6 +14,16 @@
 #import hachure::tone_curve::{ToneCurve, ToneFit, fitted}
 #endif
 
+#ifdef EDITED
+#import hachure::mass_grid::{MassCell, NO_LAND}
+#import hachure::view::place_at
+
+// Largest relative difference in distance between a pixel and a cell of the same face, and largest sine of the angle
+// between the pixel's tangent plane and a cell of the same face that is farther away.
+const ONE_FACE: f32 = 0.1;
+const OFF_PLANE: f32 = 0.15;
+#endif
+
 #ifdef LOCAL_COLOR
 #import hachure::color::luminance
 #import hachure::local_color::{hue_of, glaze}
@@ -50,6 +60,9 @@ struct Toon {
     // 1: `crest_light` is added.
     crests: f32,
     pad_b: f32,
+    // Number of cells of the masses, across and down.
+    mass_cells: vec2<u32>,
+    pad_c: vec2<f32>,
 }
 
 @group(0) @binding(7) var<uniform> toon: Toon;
@@ -63,6 +76,9 @@ struct Toon {
 #ifdef FITTED
 @group(0) @binding(22) var<storage, read> tone_curve: ToneCurve;
 @group(0) @binding(23) var<storage, read> tone_fit: ToneFit;
+#endif
+#ifdef EDITED
+@group(0) @binding(24) var<storage, read> mass_cells: array<MassCell>;
 #endif
 #ifdef LOCAL_COLOR
 @group(0) @binding(18) var surface_id: texture_2d<u32>;
@@ -79,13 +95,72 @@ fn stepped(lit: f32) -> f32 {
     return clamp((step + soft) / (toon.steps - 1.0), 0.0, 1.0);
 }
 
-// Returns the value between the darkest and the lightest tone of the style.
-fn value_of(lit: f32, away_m: f32) -> f32 {
+// Returns the fitted tone of light at a distance.
+fn fitted_tone(lit: f32, away_m: f32) -> f32 {
 #ifdef FITTED
-    let tone = fitted(tone_curve, tone_fit, lit, away_m);
+    return fitted(tone_curve, tone_fit, lit, away_m);
 #else
-    let tone = lit;
+    return lit;
 #endif
+}
+
+// Returns the tone of land at a pixel that sees `at`, changed as the masses around it on the same face of the land are, and
+// within their tones. `normal` is that of the face.
+fn within_masses(pixel: vec2<i32>, at: vec4<f32>, normal: vec3<f32>, tone: f32) -> f32 {
+#ifdef EDITED
+    let cells = vec2<i32>(toon.mass_cells);
+    let cells_of_px = vec2<f32>(cells) / view.picture_px;
+    let place = (vec2<f32>(pixel + view.origin_px) + 0.5) * cells_of_px - 0.5;
+    let first = floor(place);
+    // Cells that are about as far away are of the same face. Without one, those in the tangent plane are, as on level land
+    // near the horizon.
+    var is_same = array<bool, 4>();
+    var is_level = array<bool, 4>();
+    var any_same = false;
+    var around_cells = array<MassCell, 4>();
+    for (var i = 0; i < 4; i++) {
+        let corner = vec2<i32>(i & 1, i >> 1u);
+        let cell = clamp(vec2<i32>(first) + corner, vec2<i32>(0), cells - 1);
+        let here = mass_cells[cell.y * cells.x + cell.x];
+        let middle_px = (vec2<f32>(cell) + 0.5) / cells_of_px - vec2<f32>(view.origin_px);
+        let away = place_at(view, middle_px, here.depth_m) - at.xyz;
+        let is_land = here.tone != NO_LAND;
+        around_cells[i] = here;
+        is_same[i] = is_land && abs(here.depth_m - at.w) < ONE_FACE * at.w;
+        is_level[i] = is_land && abs(dot(away, normal)) < OFF_PLANE * length(away);
+        any_same = any_same || is_same[i];
+    }
+    // From the darkest tone to the lightest.
+    var around = vec2<f32>(2.0, -1.0);
+    // Tone and level of edited cells, which were lighter or darker than that.
+    var lowered = vec2<f32>(2.0);
+    var raised = vec2<f32>(-1.0);
+    var change = 0.0;
+    var weights = 1e-6;
+    for (var i = 0; i < 4; i++) {
+        let here = around_cells[i];
+        if select(is_level[i], is_same[i], any_same) {
+            let corner = vec2<f32>(vec2<i32>(i & 1, i >> 1u));
+            let weight = mix(1.0 - (place - first), place - first, corner);
+            around = vec2<f32>(min(around.x, here.tone), max(around.y, here.tone));
+            lowered = select(lowered, vec2<f32>(here.tone, here.level), here.tone < min(here.before, lowered.x));
+            raised = select(raised, vec2<f32>(here.tone, here.level), here.tone > max(here.before, raised.x));
+            change += weight.x * weight.y * (here.tone - here.before);
+            weights += weight.x * weight.y;
+        }
+    }
+    // Where no cell is beyond the level, nothing between the cells is.
+    around.y = select(around.y, min(around.y, lowered.x), around.y < lowered.y);
+    around.x = select(around.x, max(around.x, raised.x), around.x >= raised.y);
+    if around.x <= around.y {
+        return clamp(tone + change / weights, around.x, around.y);
+    }
+#endif
+    return tone;
+}
+
+// Returns the value of a tone, between the darkest and the lightest of the style.
+fn value_of(tone: f32) -> f32 {
     return mix(toon.darkest, toon.lightest, stepped(tone));
 }
 
@@ -128,14 +203,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let relief = textureLoad(relief_light, select(vec2<i32>(0), pixel, toon.relief > 0.0), 0);
     let lit = lit_tone(surface, pixel, toon.relief > 0.0, toon.crests > 0.0);
     let away_m = distance_from_eye(view, at.xyz);
-    let value = value_of(lit, away_m);
+    var light_here = fitted_tone(lit, away_m);
+    if n.w == 1.0 {
+        light_here = within_masses(pixel, at, n.xyz, light_here);
+    }
+    let value = value_of(light_here);
     var marked = value;
 #ifdef MARKED_TREES
     // Marks do not shade each leaf, and lines darken the crown in addition.
     let round = surface_seen(mark_surface, pixel);
     if round.w == FLAT {
         let at_marks = vec4<f32>(round.xyz, sqrt(n.w));
-        marked = value_of(light_tone(light, at_marks, surface.seen), away_m);
+        marked = value_of(fitted_tone(light_tone(light, at_marks, surface.seen), away_m));
     }
 #endif
     let asked = 1.0 - (1.0 - marked) * haze_clear(light, away_m) * half_of_focus(surface.clear);

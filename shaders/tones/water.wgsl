@@ -37,21 +37,30 @@ struct WaterLook {
     mirror: f32,
     // 1: the reflection is drawn in strokes; 0: in colour.
     strokes: u32,
+    // Distance from the shore at which water has its deep colour, in pixels; 0: it has the tint alone.
+    deep_px: f32,
     pad_a: u32,
     pad_b: u32,
-    pad_c: u32,
     // Colours of the sky, linear.
     sky_horizon: vec3<f32>,
-    pad_d: f32,
+    pad_c: f32,
     sky_zenith: vec3<f32>,
+    pad_d: f32,
+    // Factor of the tint in deep water, linear.
+    deep: vec3<f32>,
     pad_e: f32,
 }
 
 // Gap on the picture below which lines vanish; from the second distance on they are whole.
 const TOO_NEAR_PX: f32 = 1.5;
 const APART_PX: f32 = 3.0;
+// How much larger both are where water is seen at a flat angle, and lines would jump from row to row.
+const FLAT_APART: f32 = 1.4;
 // Part of the ink of ruled lines that is left far from the shore.
 const OPEN: f32 = 0.5;
+
+// Sine of the angle to the water from which on all of its depth shows.
+const STEEP: f32 = 0.4;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> water_look: WaterLook;
@@ -202,18 +211,26 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let open = mix(1.0, OPEN, clamp(away_px / max(water_look.reach_px, 1.0), 0.0, 1.0));
         ink = max(ink, line_ink(off_px, water_look.line_px) * open * cover);
     } else {
+        let wider = mix(1.0, FLAT_APART, smoothstep(1.2, 2.0, narrow));
         var middle_px = 0.0;
         var gap_px = water_look.spacing_px;
         var strength = 1.0;
         for (var i = 0u; i < water_look.lines; i++) {
             middle_px += gap_px;
             strength *= select(water_look.paler, 1.0, i == 0u);
-            let apart = smoothstep(TOO_NEAR_PX, APART_PX, gap_px / narrow);
+            let apart = smoothstep(TOO_NEAR_PX * wider, APART_PX * wider, gap_px / narrow);
             ink = max(ink, line_ink((away_px - middle_px) / narrow, water_look.line_px * thin) * strength * apart);
             gap_px *= water_look.growth;
         }
     }
     var tint = water_look.tint;
+    if water_look.deep_px > 0.0 {
+        // Water that is seen at a flat angle shows the sky rather than its depth.
+        let to_m = from_eye(view, place_seen(view, distance_m, pixel).xyz);
+        let level_sight = clamp(-to_m.z / length(to_m), 0.0, 1.0);
+        let deep = smoothstep(0.0, water_look.deep_px, away_px) * smoothstep(0.0, STEEP, level_sight);
+        tint *= mix(vec3<f32>(1.0), water_look.deep, deep);
+    }
 #ifdef MIRROR
     let gap_px = select(3.0, max(water_look.spacing_px, 2.0), water_look.strokes == 1u);
     let sheet = vec2<f32>(pixel + view.origin_px) + 0.5;

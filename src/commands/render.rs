@@ -16,6 +16,7 @@ mod title;
 mod vector;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::bail;
 use clap::Args;
@@ -40,6 +41,7 @@ use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::picture::aov::{self, Names};
 use crate::picture::{PartRule, PictureReport, map_frame};
+use crate::pyramid::TileStore;
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
 use crate::scene::map::{Map, MapArea};
@@ -92,9 +94,14 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub look: LookArgs,
     /// Draw a georeferenced map from straight above, north up: its centre in metres east and north of the centre of the
-    /// world, and its width in metres; without a value, all of the land, or the land around --at
+    /// world, and its width in metres, which is left out with --map-scale; without a value, all of the land, or the land
+    /// around --at
     #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
     pub map: Option<MapArea>,
+    /// Scale of a --map on --paper or with --dpi, such as 50000 or 1:50000: a millimetre on paper is 50 m in the world.
+    /// The map has the middle of --map=EAST,NORTH, of --at, or of all of the land, and its width follows from the paper
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = parse_scale)]
+    pub map_scale: Option<f64>,
     /// The place on which a map is centred.
     #[command(flatten)]
     pub map_place: MapPlaceArgs,
@@ -156,6 +163,13 @@ pub(crate) struct RenderArgs {
     /// of contour lines, a scale bar, north, and with --paper or --dpi the scale
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
+    /// Write a line of small letters into the title block: the sources of the data, names, a year
+    #[arg(long, value_name = "TEXT")]
+    pub credits: Option<String>,
+    /// Explain the lines and areas of the picture below the title: contour lines, streams, ridge lines, water, land without
+    /// data and trees, as far as they are drawn, each with a sample in the inks and widths of the style
+    #[arg(long)]
+    pub legend: bool,
     /// Frame a --map: a border with ticks and labels at round coordinates, in the reference system of the height file.
     /// With --paper or --dpi, a map of all of the land is reduced to the next round scale, such as 1 : 50 000
     #[arg(long = "map-frame")]
@@ -175,7 +189,8 @@ pub(crate) struct RenderArgs {
     /// --dpi. An .svg or .pdf without --dpi is scaled to fit, in the orientation of the picture
     #[arg(long)]
     pub paper: Option<String>,
-    /// Landscape orientation of --paper (the default, except of an .svg or .pdf without --dpi)
+    /// Landscape orientation of --paper (the default, except of an .svg or .pdf without --dpi, and of a --map of all of
+    /// the land, which has the orientation in which the land is larger)
     #[arg(long, conflicts_with = "portrait")]
     pub landscape: bool,
     /// Portrait orientation of --paper
@@ -270,6 +285,17 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok(size)
 }
 
+/// Parses the scale of a map, `50000` or `1:50000`; blanks are ignored.
+///
+/// # Errors
+/// Returns the required form of the value.
+fn parse_scale(text: &str) -> Result<f64, String> {
+    let bare: String = text.chars().filter(|it| !it.is_whitespace()).collect();
+    let digits = bare.strip_prefix("1:").unwrap_or(&bare);
+    let number = digits.parse().ok().filter(|number| ranges::MAP_SCALE.holds(*number));
+    number.ok_or_else(|| format!("{}, such as 50000 or 1:50000", ranges::MAP_SCALE.rule()))
+}
+
 /// Returns the arguments with what `--quality` sets. A picture has the size of `--size`, whatever the render scale of the
 /// quality is, and only frames of a path are smoothed in time.
 ///
@@ -296,6 +322,12 @@ fn with_quality(mut args: RenderArgs) -> anyhow::Result<RenderArgs> {
 /// # Errors
 /// Fails if an input is invalid or if the output cannot be written.
 pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    run_with(args, None, adapter)
+}
+
+/// Runs the command with the heights of the world, if they are open already.
+fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &AdapterWish) -> anyhow::Result<()> {
+    let args = given;
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     mesh::check(args, &kind)?;
     if let OutputKind::Mesh(format) = kind {
@@ -303,6 +335,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         return mesh::run(args, format, &args.world.scene()?);
     }
     let has_curve = args.tone_curve.is_some();
+    map::check_scale(args)?;
     let args = paper::measured(args, &kind)?;
     let (args, liked) = like::resolved(&args, &kind)?;
     let args = &with_quality(args)?;
@@ -330,6 +363,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     // On a map, contour lines of height have an interval, whatever its scale.
     let of_map = args.map.is_some().then(|| style.clone().for_map(1.0)).transpose()?;
     let svg = SvgOptions::new(args, &kind, of_map.as_ref().unwrap_or(&style))?;
+    map::check_paper(args, paper::mm_per_px(args, svg.as_ref()))?;
     let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(of_map.as_ref().unwrap_or(&style), args.stereo.eyes()).filter(|_| svg.is_some());
     let planes = aov::planes_named(&args.aov, args.aov_names, of_map.as_ref().unwrap_or(&style)).map_err(Misuse::of)?;
@@ -351,10 +385,6 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     // Open the world before the GPU: its errors can be reported without one.
     let scene = liked.names.world(args.world.scene())?;
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
-    if let Some(unscaled) = as_written.unscaled().filter(|_| args.px_per_style_px() != 1.0) {
-        let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
-        tracing::warn!("at {dpi} dots per inch, these values of the style keep their size in pixels: {unscaled}");
-    }
     // Read only once: it may be a pipe.
     let flight = args.path.as_deref().map(arguments::camera_path).transpose()?;
     if let (Some(name), Some(flight)) = (&args.path, &flight) {
@@ -362,8 +392,27 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
-    let store = world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error));
-    let store = liked.names.world(store)?;
+    let store = match heights {
+        Some(store) => store,
+        None => {
+            let store = world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error));
+            liked.names.world(store)?
+        }
+    };
+    let page = map::Page {
+        edges: Edges {
+            foot_px: titled.paper.foot_px as u32,
+            frame_px: if args.frame { map_frame::edge_px(&titled.paper) } else { 0 },
+        },
+        mm_per_px: paper::mm_per_px(args, svg.as_ref()),
+    };
+    if let Some(upright) = paper::upright(given, args, &*store, &page)? {
+        return run_with(&upright, Some(store), adapter);
+    }
+    if let Some(unscaled) = as_written.unscaled().filter(|_| args.px_per_style_px() != 1.0) {
+        let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
+        tracing::warn!("at {dpi} dots per inch, these values of the style keep their size in pixels: {unscaled}");
+    }
     map::check_place(args, &kind, store.georeference())?;
     let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
     let around = map::around_place(args, &*store)?;
@@ -381,13 +430,8 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, look::aspect(args))).transpose()?;
     let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
     let args = looking.as_ref().unwrap_or(args);
-    let page = map::Page {
-        edges: Edges {
-            foot_px: titled.paper.foot_px as u32,
-            frame_px: if args.frame { map_frame::edge_px(&titled.paper) } else { 0 },
-        },
-        mm_per_px: paper::mm_per_px(args, svg.as_ref()),
-    };
+    let scaled = map::at_scale(args, &world, &page)?;
+    let args = scaled.as_ref().unwrap_or(args);
     let on_the_earth = map::on_the_earth(args, &kind, &world, &page)?;
     let args = on_the_earth.as_ref().unwrap_or(args);
     let drawn = DrawingReport::default();

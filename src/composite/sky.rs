@@ -26,6 +26,11 @@ pub(crate) struct Inputs<'a> {
     pub panorama: &'a Panorama,
     /// The light of the scene, for the direction of the sun.
     pub light: &'a Light,
+    /// Left, top, right and bottom of the area inside the paper's margin, in pixels of the whole picture.
+    pub frame_px: [f32; 4],
+    /// Whether clouds are composed for this picture, so that its frame cuts none. Several eyes need the same clouds,
+    /// which then depend on directions alone.
+    pub is_composed: bool,
     pub sky: &'a Target,
 }
 
@@ -43,6 +48,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         bokashi: style.bokashi,
         sun: style.sun.linear(),
         sun_rad: style.sun_deg.to_radians(),
+        glow_rad: style.sun_glow_deg.to_radians(),
         to_sun: inputs.light.to_sun.as_vec3().to_array(),
         clouds: style.clouds,
         star: style.star.linear(),
@@ -52,7 +58,12 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         horizon_bokashi: style.horizon_bokashi,
         below_level: inputs.panorama.horizon(),
         streaks: u32::from(style.cloud_form == CloudForm::Streaks),
-        pad_0: Default::default(),
+        cloud_shade: style.cloud_shade.linear(),
+        cloud_rules_px: style.cloud_rules_px,
+        frame_px: inputs.frame_px,
+        composed: inputs.is_composed.into(),
+        sun_in_view: style.sun_in_view.into(),
+        ..SkyLook::default()
     };
     let resources =
         [("view", inputs.view.clone()), ("sky_look", recorder.uniform("sky look", &look)), ("sky", inputs.sky.into())];

@@ -45,7 +45,11 @@ const OPACITY_STEPS: f64 = 1000.0;
 pub(crate) fn write_pdf(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
     let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
     let mut strokes = strokes.map(|own| own.path.is_finite() && own.width.is_finite() && own.opacity.is_finite());
-    if !strokes.all(|is_finite| is_finite) || !drawing.size.into_iter().all(f64::is_finite) {
+    let mut fills = drawing.layers.iter().flat_map(|layer| &layer.fills);
+    if !strokes.all(|is_finite| is_finite)
+        || !fills.all(kurbo::BezPath::is_finite)
+        || !drawing.size.into_iter().all(f64::is_finite)
+    {
         return Err(FileError::write(path, "a stroke has a number that is not finite"));
     }
     let points_per_unit = match drawing.unit {
@@ -155,6 +159,12 @@ impl Page<'_> {
             content.set_line_width((stroke.width * self.points_per_unit) as f32);
             draw(content, place * &stroke.path);
             content.stroke();
+        }
+        for fill in &layer.fills {
+            let [red, green, blue] = srgb(ink);
+            content.set_fill_rgb(red, green, blue);
+            draw(content, place * fill);
+            content.fill_nonzero();
         }
     }
 }
@@ -278,6 +288,7 @@ mod tests {
             kind: "contour",
             pen: None,
             strokes,
+            fills: Vec::new(),
         };
         let layers = vec![
             layer("a", "Höhen", vec![stroke("M0,0 L10,0", 1.0, None), stroke("M0,0 C1,2 3,4 5,6", 0.5, None)]),

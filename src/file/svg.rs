@@ -67,6 +67,8 @@ pub struct Layer {
     pub pen: Option<usize>,
     /// Strokes in drawing order.
     pub strokes: Vec<Stroke>,
+    /// Areas in the colour of the layer: inside is where the path winds around a point.
+    pub fills: Vec<BezPath>,
 }
 
 /// A path with a width.
@@ -89,7 +91,11 @@ pub struct Stroke {
 pub(crate) fn write_svg(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
     let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
     let is_finite = |stroke: &Stroke| stroke.path.is_finite() && stroke.width.is_finite() && stroke.opacity.is_finite();
-    if !strokes.into_iter().all(is_finite) || !drawing.size.into_iter().all(f64::is_finite) {
+    let mut fills = drawing.layers.iter().flat_map(|layer| &layer.fills);
+    if !strokes.into_iter().all(is_finite)
+        || !fills.all(BezPath::is_finite)
+        || !drawing.size.into_iter().all(f64::is_finite)
+    {
         return Err(FileError::write(path, "a stroke has a number that is not finite"));
     }
     let failed = |error| FileError::write(path, error);
@@ -133,6 +139,10 @@ fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std:
                 write!(out, " stroke=\"{}\"", escaped(ink))?;
             }
             writeln!(out, " d=\"{}\"/>", path_data(&stroke.path, drawing.digits))?;
+        }
+        for fill in &layer.fills {
+            let data = path_data(fill, drawing.digits);
+            writeln!(out, "<path fill=\"{}\" stroke=\"none\" d=\"{data}\"/>", escaped(ink))?;
         }
         writeln!(out, "</g>")?;
     }

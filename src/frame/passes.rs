@@ -346,7 +346,18 @@ fn finish(
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
     let sky = style.sky.is_drawn().then(|| {
         let sky = targets.whole(gpu, &SKY);
-        sky::run(recorder, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
+        let [width, height] = rig.eyes[eye].picture_px.map(|side| side as f32);
+        let margin_px = style.paper.margin_px;
+        let drawn = sky::Inputs {
+            view,
+            style: &style.sky,
+            panorama: &style.panorama,
+            light,
+            sky: &sky,
+            frame_px: [margin_px, margin_px, width - margin_px, height - margin_px - style.paper.foot_px],
+            is_composed: rig.eyes.iter().all(|other| other.pose.position_m == rig.eyes[0].pose.position_m),
+        };
+        sky::run(recorder, &drawn);
         sky
     });
     let (tone, sky, is_sample) = (&shaded[eye].colors, sky.as_ref(), false);
@@ -359,6 +370,7 @@ fn finish(
         | Layer::HeightLines(_)
         | Layer::Drainage(_)
         | Layer::Cuts(_)
+        | Layer::Ground(_)
         | Layer::Rows(_)
         | Layer::Water(_) => shaded[eye].inks[index].clone(),
     };

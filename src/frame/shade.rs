@@ -11,6 +11,7 @@ use crate::style::Layer;
 use crate::surface::{form, mark_normal};
 use crate::tiles::Terrain;
 use crate::tones::light::LightUniform;
+use crate::tones::masses::FrameMasses;
 use crate::tones::{self, Local, TONE, balance, hatching, relief, watercolor};
 
 /// The least range of heights over which tints run, as a part of the longer side of the world.
@@ -63,12 +64,14 @@ pub(super) fn shade(
         mark_normal.clone()
     });
     let form_normal = style.needs_form().then(|| {
-        let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
+        let size = mark_normal::mark_normal_size(targets.size_px());
+        let form_normal = targets.sized(gpu, &form::FORM_NORMAL, size);
+        let planes = style.has_planes().then(|| targets.sized(gpu, &form::PLANES, size));
         let heights = &terrain.resources();
-        let shading =
-            form::Inputs { view, terrain: heights, style, light, surface_id, distance, form_normal: &form_normal };
+        let (planes, form_normal) = (planes.as_ref(), &form_normal);
+        let shading = form::Inputs { view, terrain: heights, style, light, surface_id, distance, form_normal, planes };
         form::run(recorder, &shading);
-        form_normal
+        form_normal.clone()
     });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
@@ -110,12 +113,17 @@ pub(super) fn shade(
         tree_shadow: tree_shadow.as_ref(),
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
         fit: inputs.fit.as_ref(),
+        masses: None,
         tone: &tone,
     };
     if let Some(fit) = inputs.fit.as_ref().filter(|_| leads) {
         tones::fit::run(recorder, &toned, water, fit);
     }
-    tones::run(recorder, &toned);
+    let masses = inputs.masses.as_ref().zip(style.edited_masses()).map(|(masses, toon)| match masses {
+        FrameMasses::Given(given) => given.clone(),
+        FrameMasses::Own => tones::masses::run(recorder, &toned, rig.eyes[0].picture_px, water, toon),
+    });
+    tones::run(recorder, &tones::Inputs { masses: masses.as_ref(), ..toned });
     let tone_ink = style.tone_lines().map(|lines| {
         let cells = tone::cells(lines, targets.size_px());
         let tone_image = &targets.sized(gpu, &tone_image::TONE_IMAGE, cells);

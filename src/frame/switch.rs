@@ -30,6 +30,7 @@ use crate::surface::rows::RowPlan;
 use crate::tiles::selection::Selection;
 use crate::tiles::terrain::Prepared;
 use crate::tones::fit::{FitMemory, Follows};
+use crate::tones::masses::FrameMasses;
 use crate::world::Surfaces;
 
 /// Size of the pictures of a prewarming run, in pixels. Nothing is drawn on them.
@@ -294,6 +295,7 @@ impl Renderer {
                 rows: rows.as_ref(),
                 temporal_aa,
                 fit,
+                masses: FrameMasses::of(rig, style),
             };
             render_eyes(&mut recorder, &inputs, memories);
             is_complete &= recorder.is_complete();

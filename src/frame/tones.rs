@@ -8,12 +8,15 @@ use crate::scene::tone_curve::ToneCurve;
 use crate::scene::view::Rig;
 use crate::style::{Relief, Shading, Style, Tone};
 use crate::tones::fit::{FitMemory, Follows, FrameFit};
+use crate::tones::masses::{self, FrameMasses, Masses};
 
 /// The curve of a renderer, and what the last frame was lit by.
 #[derive(Default)]
 pub(super) struct Tones {
     memory: FitMemory,
     last: Option<(Rig, Lit)>,
+    /// The masses of the next frames; `None` if each eye computes its own.
+    given_masses: Option<Masses>,
     /// Time in which the curve still follows a view that is at rest, in seconds.
     settles_s: f64,
 }
@@ -79,6 +82,12 @@ impl Tones {
         self.last = Some((rig.clone(), lit()));
         fit
     }
+
+    /// Returns the masses of the next frame; `None` if they are not edited.
+    pub(super) fn masses(&self, recorder: &mut Recorder<'_>, rig: &Rig, style: &Style) -> Option<FrameMasses> {
+        let given = self.given_masses.as_ref().filter(|_| style.edited_masses().is_some());
+        given.map(|masses| FrameMasses::Given(masses.upload(recorder))).or_else(|| FrameMasses::of(rig, style))
+    }
 }
 
 impl super::Renderer {
@@ -93,5 +102,18 @@ impl super::Renderer {
     /// [`GpuError::Readback`].
     pub(crate) fn tone_curve(&self, gpu: &Gpu) -> Result<Option<ToneCurve>, GpuError> {
         self.tones.memory.read(gpu)
+    }
+
+    /// Sets the masses of the next frames; with `None`, the default, each eye computes those of what it sees.
+    pub(crate) fn set_masses(&mut self, masses: Option<Masses>) {
+        self.tones.given_masses = masses;
+    }
+
+    /// Reads the masses of the last frame, a whole picture of one eye; `None` if no frame has computed any.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`].
+    pub(crate) fn masses(&self, gpu: &Gpu, picture_px: [u32; 2]) -> Result<Option<Masses>, GpuError> {
+        masses::read(gpu, &self.pools.buffers, picture_px)
     }
 }

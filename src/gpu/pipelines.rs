@@ -40,7 +40,7 @@ impl From<&'static str> for Compute {
 /// Returns those of a shader's symbols that a variant defines, in the form that [`Compute`] and [`Draw`] hold.
 ///
 /// Each combination is stored once for the life of the program; a shader has few of them.
-pub(crate) fn defined<const SYMBOLS: usize>(symbols: [(&'static str, bool); SYMBOLS]) -> &'static [&'static str] {
+pub(crate) fn defined(symbols: impl IntoIterator<Item = (&'static str, bool)>) -> &'static [&'static str] {
     static STORED: Mutex<Vec<&'static [&'static str]>> = Mutex::new(Vec::new());
     let symbols: Vec<&'static str> = symbols.into_iter().filter_map(|(name, is)| is.then_some(name)).collect();
     let mut stored = STORED.lock().unwrap_or_else(PoisonError::into_inner);

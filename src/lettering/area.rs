@@ -1,26 +1,47 @@
 //! Filled areas: the coverage of pixels, and hatching for pens.
 
 use glam::DVec2;
+use kurbo::{BezPath, PathEl};
 
 use super::ink::PenStroke;
 
 /// Rows of samples in a pixel; along a row coverage is exact.
-const ROWS: u32 = 4;
+const ROWS: u32 = 16;
+/// Largest distance of a polygon from the curve of an outline, in pixels.
+const TOLERANCE_PX: f64 = 0.02;
 
 /// An area inside closed outlines, which may have holes and overlap: it is where the outlines wind around a point.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Area {
-    /// Corners of each outline, in pixels; y goes down.
-    pub outlines: Vec<Vec<DVec2>>,
+    /// The outlines as curves, in pixels; y goes down.
+    pub curves: BezPath,
     /// Width of a pen that suits the area, in pixels.
     pub pen_px: f64,
+    /// Corners of each outline as a polygon.
+    outlines: Vec<Vec<DVec2>>,
+    high_px: [f64; 2],
 }
 
 impl Area {
+    /// Creates an area inside of outlines in pixels, which suits a pen of a width.
+    pub(crate) fn new(curves: BezPath, pen_px: f64) -> Self {
+        let mut outlines: Vec<Vec<DVec2>> = Vec::new();
+        kurbo::flatten(&curves, TOLERANCE_PX, |element| match element {
+            PathEl::MoveTo(at) => outlines.push(vec![DVec2::new(at.x, at.y)]),
+            PathEl::LineTo(at) => {
+                outlines.last_mut().into_iter().for_each(|outline| outline.push(DVec2::new(at.x, at.y)));
+            }
+            _ => {}
+        });
+        outlines.retain(|outline| outline.len() > 2);
+        let points = || outlines.iter().flatten().map(|at| at.y);
+        let high_px = [points().fold(f64::MAX, f64::min), points().fold(f64::MIN, f64::max)];
+        Self { curves, pen_px, outlines, high_px }
+    }
+
     /// Returns the upper and lower end.
     pub(crate) fn high_px(&self) -> [f64; 2] {
-        let points = || self.outlines.iter().flatten().map(|at| at.y);
-        [points().fold(f64::MAX, f64::min), points().fold(f64::MIN, f64::max)]
+        self.high_px
     }
 
     /// Returns the parts of a horizontal line that are inside, from left to right.
@@ -98,14 +119,14 @@ pub(crate) fn cover_areas(areas: &[Area], first: f64, row: f64, covered: &mut [f
 mod tests {
     use super::*;
 
-    fn ring(middle: f64, radius: f64, is_reversed: bool) -> Vec<DVec2> {
-        let mut ring: Vec<DVec2> = (0..200)
-            .map(|i| middle + radius * DVec2::from_angle(f64::from(i) / 200.0 * std::f64::consts::TAU))
-            .collect();
-        if is_reversed {
-            ring.reverse();
-        }
-        ring
+    fn ring(middle: f64, radius: f64, is_reversed: bool) -> BezPath {
+        let ring = kurbo::Circle::new((middle, middle), radius);
+        let path = kurbo::Shape::to_path(&ring, 1e-3);
+        if is_reversed { path.reverse_subpaths() } else { path }
+    }
+
+    fn area(rings: &[BezPath]) -> Area {
+        Area::new(rings.iter().flat_map(BezPath::iter).collect(), 1.5)
     }
 
     /// Returns the ink of an area in a picture of 60 × 60 pixels, filled and hatched.
@@ -126,20 +147,20 @@ mod tests {
 
     #[test]
     fn areas_have_their_ink_and_their_holes() {
-        let disk = Area { outlines: vec![ring(30.0, 20.0, false)], pen_px: 1.5 };
-        let hole = Area { outlines: vec![ring(30.0, 20.0, false), ring(30.0, 10.0, true)], pen_px: 1.5 };
-        let twice = Area { outlines: vec![ring(30.0, 20.0, false), ring(30.0, 20.0, false)], pen_px: 1.5 };
-        for (area, expected) in [(disk, 400.0), (hole, 300.0), (twice, 400.0)] {
+        let disk = area(&[ring(30.0, 20.0, false)]);
+        let hole = area(&[ring(30.0, 20.0, false), ring(30.0, 10.0, true)]);
+        let twice = area(&[ring(30.0, 20.0, false), ring(30.0, 20.0, false)]);
+        for (drawn, expected) in [(disk, 400.0), (hole, 300.0), (twice, 400.0)] {
             let expected = expected * std::f64::consts::PI;
-            let [filled, hatched] = ink(&area);
+            let [filled, hatched] = ink(&drawn);
             assert!((filled / expected - 1.0).abs() < 0.01, "{filled} and not {expected}");
             assert!((hatched / expected - 1.0).abs() < 0.08, "{hatched} and not {expected}");
             // Planted: without the last outline.
-            let less = Area { outlines: vec![ring(30.0, 17.0, false)], ..area };
+            let less = area(&[ring(30.0, 17.0, false)]);
             assert!((ink(&less)[0] / expected - 1.0).abs() > 0.03);
         }
         // The parts to the left of the picture and above it are cut off.
-        let outside = Area { outlines: vec![ring(0.0, 20.0, false)], pen_px: 1.5 };
+        let outside = area(&[ring(0.0, 20.0, false)]);
         assert!((ink(&outside)[0] / (100.0 * std::f64::consts::PI) - 1.0).abs() < 0.01);
     }
 }

@@ -1,15 +1,15 @@
-//! Letters that the table of the lettering lacks, from the fonts of the machine: filled outlines.
+//! Letters of fonts: filled outlines. The typefaces of a style are in the program ([`Own`]); letters that they and the
+//! table of the lettering lack are taken from the fonts of the machine.
 //!
-//! `fontdb` lists the fonts, `harfrust` (a port of HarfBuzz) joins letters as their script requires, and `skrifa` reads
-//! the outlines. Fonts are only looked for if a text needs one.
+//! `fontdb` lists the machine's fonts, `harfrust` (a port of HarfBuzz) kerns letters and joins them as their script
+//! requires, and `skrifa` reads the outlines. Fonts of the machine are only looked for if a text needs one.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use fontdb::{Database, FaceInfo, ID, Style};
-use glam::DVec2;
-use harfrust::{Direction, ShapeOptions, ShaperData, UnicodeBuffer};
-use kurbo::{BezPath, PathEl};
+use harfrust::{Direction, Feature, ShapeOptions, ShaperData, UnicodeBuffer};
+use kurbo::{Affine, BezPath};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
@@ -18,8 +18,56 @@ use skrifa::{FontRef, GlyphId, MetadataProvider};
 const MAX_SOUGHT: usize = 512;
 /// Height of capitals in units of a font's em square, if the font does not say.
 const USUAL_CAPITALS: f32 = 0.7;
-/// Largest distance of a polygon from the curve of an outline, in heights of capitals.
-const TOLERANCE: f64 = 0.005;
+/// Features of typefaces: lining figures, because old-style figures look like small letters next to coordinates.
+const LINING: &str = "lnum";
+/// Letters that are spaced out are not joined, and marks between capitals are raised.
+const SPACED_OUT: [&str; 2] = ["-liga", "case"];
+
+/// Width of a blank between the digits of a number.
+const THIN: f64 = 0.3;
+
+/// A typeface of the program, of the folder `fonts`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Own {
+    Serif,
+    Sans,
+    Capitals,
+}
+
+impl Own {
+    /// Returns the file.
+    fn data(self) -> &'static [u8] {
+        match self {
+            Self::Serif => include_bytes!("../../fonts/serif.otf"),
+            Self::Sans => include_bytes!("../../fonts/sans.ttf"),
+            Self::Capitals => include_bytes!("../../fonts/capitals.ttf"),
+        }
+    }
+
+    /// Returns which of some characters the typeface has. Thin blanks are made from the usual one.
+    pub(super) fn known(self, characters: impl Iterator<Item = char>) -> BTreeSet<char> {
+        let Ok(font) = FontRef::new(self.data()) else { return BTreeSet::new() };
+        let map = font.charmap();
+        characters.filter(|character| is_thin(*character) || map.map(*character).is_some()).collect()
+    }
+
+    /// Returns the letters of a text, from left to right, with `spacing` heights of capitals between them.
+    pub(super) fn shaped(self, text: &str, is_leftward: bool, spacing: f64) -> Vec<Glyph> {
+        let names = SPACED_OUT.iter().filter(|_| spacing > 0.0).chain([&LINING]);
+        let features: Vec<Feature> = names.filter_map(|name| name.parse().ok()).collect();
+        let mut glyphs = shaped(self.data(), 0, text, (is_leftward, &features)).unwrap_or_default();
+        let blank = |glyph: &Glyph| text[glyph.begin..].starts_with(is_thin);
+        glyphs.iter_mut().filter(|glyph| blank(glyph)).for_each(|glyph| glyph.advance = THIN);
+        // A combining mark has no advance.
+        glyphs.iter_mut().filter(|glyph| glyph.advance > 0.0).for_each(|glyph| glyph.advance += spacing);
+        glyphs
+    }
+}
+
+/// Returns whether a character is a blank that is narrower than usual, as between the digits of a number.
+pub(super) fn is_thin(character: char) -> bool {
+    matches!(character, '\u{2009}' | '\u{202f}')
+}
 
 /// The fonts of a machine, the most suitable ones first.
 pub(crate) struct Fonts {
@@ -33,7 +81,7 @@ pub(super) struct Glyph {
     /// Distance to the start of the next letter.
     pub advance: f64,
     /// Closed outlines. Inside is where they wind around a point.
-    pub outlines: Vec<Vec<DVec2>>,
+    pub outlines: BezPath,
     /// Byte offset of its characters in the shaped text.
     pub begin: usize,
 }
@@ -94,52 +142,41 @@ impl Fonts {
 
     /// Returns the letters of a text in a font, from left to right.
     pub(super) fn shaped(&self, id: ID, text: &str, is_leftward: bool) -> Vec<Glyph> {
-        let of = |data: &[u8], index: u32| {
-            let font = FontRef::from_index(data, index).ok()?;
-            let shapes = ShaperData::new(&font);
-            let mut buffer = UnicodeBuffer::new();
-            buffer.push_str(text);
-            buffer.set_direction(if is_leftward { Direction::RightToLeft } else { Direction::LeftToRight });
-            buffer.guess_segment_properties();
-            let shaped = shapes.shaper(&font).build().shape(buffer, ShapeOptions::new());
-            let metrics = font.metrics(Size::unscaled(), LocationRef::default());
-            let em = f32::from(metrics.units_per_em.max(1));
-            let capitals = metrics.cap_height.filter(|height| *height > 0.2 * em && *height < 1.5 * em);
-            let scale = 1.0 / f64::from(capitals.unwrap_or(USUAL_CAPITALS * em));
-            let outlines = font.outline_glyphs();
-            let places = shaped.glyph_infos().iter().zip(shaped.glyph_positions());
-            let glyph = places.map(|(info, place)| {
-                let mut path = Path(BezPath::new());
-                if let Some(outline) = outlines.get(GlyphId::new(info.glyph_id)) {
-                    let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
-                    // A letter whose outline is damaged is a gap.
-                    let _ = outline.draw(settings, &mut path);
-                }
-                let offset = DVec2::new(place.x_offset.into(), place.y_offset.into()) * scale;
-                Glyph {
-                    advance: f64::from(place.x_advance) * scale,
-                    outlines: polygons(&path.0, scale, offset),
-                    begin: info.cluster as usize,
-                }
-            });
-            Some(glyph.collect())
-        };
+        let of = |data: &[u8], index: u32| shaped(data, index, text, (is_leftward, &[]));
         self.database.with_face_data(id, of).flatten().unwrap_or_default()
     }
 }
 
-/// Flattens the outlines of a letter.
-fn polygons(path: &BezPath, scale: f64, offset: DVec2) -> Vec<Vec<DVec2>> {
-    let mut polygons: Vec<Vec<DVec2>> = Vec::new();
-    kurbo::flatten(path, TOLERANCE / scale, |element| match element {
-        PathEl::MoveTo(at) => polygons.push(vec![DVec2::new(at.x, at.y) * scale + offset]),
-        PathEl::LineTo(at) => {
-            polygons.last_mut().into_iter().for_each(|polygon| polygon.push(DVec2::new(at.x, at.y) * scale + offset));
+/// Returns the letters of a text in a font of a file, from left to right; `None` if the font is damaged.
+fn shaped(data: &[u8], index: u32, text: &str, (is_leftward, features): (bool, &[Feature])) -> Option<Vec<Glyph>> {
+    let font = FontRef::from_index(data, index).ok()?;
+    let shapes = ShaperData::new(&font);
+    let mut buffer = UnicodeBuffer::new();
+    buffer.push_str(text);
+    buffer.set_direction(if is_leftward { Direction::RightToLeft } else { Direction::LeftToRight });
+    buffer.guess_segment_properties();
+    let shaped = shapes.shaper(&font).build().shape(buffer, ShapeOptions::new().features(features));
+    let metrics = font.metrics(Size::unscaled(), LocationRef::default());
+    let em = f32::from(metrics.units_per_em.max(1));
+    let capitals = metrics.cap_height.filter(|height| *height > 0.2 * em && *height < 1.5 * em);
+    let scale = 1.0 / f64::from(capitals.unwrap_or(USUAL_CAPITALS * em));
+    let outlines = font.outline_glyphs();
+    let places = shaped.glyph_infos().iter().zip(shaped.glyph_positions());
+    let glyph = places.map(|(info, place)| {
+        let mut path = Path(BezPath::new());
+        if let Some(outline) = outlines.get(GlyphId::new(info.glyph_id)) {
+            let settings = DrawSettings::unhinted(Size::unscaled(), LocationRef::default());
+            // A letter whose outline is damaged is a gap.
+            let _ = outline.draw(settings, &mut path);
         }
-        _ => {}
+        let offset = (f64::from(place.x_offset) * scale, f64::from(place.y_offset) * scale);
+        Glyph {
+            advance: f64::from(place.x_advance) * scale,
+            outlines: Affine::translate(offset) * Affine::scale(scale) * path.0,
+            begin: info.cluster as usize,
+        }
     });
-    polygons.retain(|polygon| polygon.len() > 2);
-    polygons
+    Some(glyph.collect())
 }
 
 /// A path that is drawn by a font.

@@ -1,8 +1,10 @@
-//! Text as pen strokes: the letters are lines without width, so that pictures, SVG and plotters draw the same.
+//! Text as pen strokes, and as filled letters of a typeface ([`Typeface`]).
 //!
-//! The letters are those of A. V. Hershey ("Roman simplex"); `letters.txt` contains them and describes their source and
-//! format. The unit of length is the height of a capital letter. A character that the table lacks is taken from a font
-//! of the machine ([`fonts`]), as a filled area. `unicode-bidi` orders text that runs to the left.
+//! The letters of strokes are lines without width, so that pictures, SVG and plotters draw the same: those of A. V.
+//! Hershey ("Roman simplex"); `letters.txt` contains them and describes their source and format. The letters of
+//! typefaces are filled outlines ([`fonts`]). The unit of length is the height of a capital letter. A character that a
+//! typeface lacks is taken from the table, and one that the table lacks from a font of the machine. `unicode-bidi`
+//! orders text that runs to the left.
 
 pub(crate) mod area;
 mod fonts;
@@ -14,10 +16,12 @@ use std::sync::LazyLock;
 
 use fontdb::ID;
 use glam::DVec2;
+use kurbo::{Affine, BezPath};
 use unicode_bidi::{BidiClass, BidiInfo, bidi_class};
 
 use self::area::Area;
-use self::fonts::Fonts;
+use self::fonts::{Fonts, Own, is_thin};
+use crate::style::Typeface;
 
 /// Height of capitals, in the units of the table.
 const CAPITALS: f64 = 21.0;
@@ -58,6 +62,27 @@ fn letter(line: &str) -> Option<(char, Letter)> {
 const MAX_OF_FONTS: usize = 4096;
 /// Width of the pen that hatches letters of fonts.
 const HATCHING: f64 = 0.05;
+/// Distance that is added between letters: of a title of capitals of the typeface for them, of one in another typeface,
+/// and of small letters, which are easier to read with a little more.
+const SPACING_OF_CAPITALS: f64 = 0.22;
+const SPACING_OF_TITLES: f64 = 0.12;
+const SPACING_OF_SMALL: f64 = 0.03;
+
+/// The font and the spacing of the letters of a text.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Setting {
+    /// The typeface; `None` for strokes.
+    font: Option<Own>,
+    /// Distance that is added between letters of the typeface.
+    spacing: f64,
+}
+
+/// Where a character of a text comes from, if not from the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Face {
+    Own(Own),
+    OfMachine(ID),
+}
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,6 +92,7 @@ pub(crate) struct Line {
     pieces: Vec<Piece>,
     /// Whether the text as a whole runs to the left.
     is_leftward: bool,
+    setting: Setting,
     /// Characters without a letter, each once, in the order of the text.
     pub replaced: Vec<char>,
 }
@@ -83,8 +109,8 @@ struct Piece {
 #[derive(Clone, Debug, PartialEq)]
 enum Shape {
     Own(&'static Letter),
-    /// The outlines of a letter of a font.
-    Font(Vec<Vec<DVec2>>),
+    /// The outlines of a letter of a font; y goes up.
+    Font(BezPath),
 }
 
 impl Piece {
@@ -102,22 +128,58 @@ fn is_invisible(character: char) -> bool {
 }
 
 impl Line {
-    /// Creates a line: each run of white space becomes one blank, and each character without a letter a question mark.
+    /// Creates a line of strokes: each run of white space becomes one blank, and each character without a letter a
+    /// question mark.
     pub(crate) fn new(text: &str) -> Self {
-        Self::with(text, Fonts::system)
+        Self::with(text, Setting::default(), Fonts::system)
+    }
+
+    /// Creates a line of small letters of a typeface.
+    pub(crate) fn small(text: &str, typeface: Typeface) -> Self {
+        let font = match typeface {
+            Typeface::Strokes => return Self::new(text),
+            // Capitals are for large letters, since their thin lines are too thin in small ones.
+            Typeface::Serif | Typeface::Capitals => Own::Serif,
+            Typeface::Sans => Own::Sans,
+        };
+        Self::with(text, Setting { font: Some(font), spacing: SPACING_OF_SMALL }, Fonts::system)
+    }
+
+    /// Creates a line of large letters of a typeface. Capitals are spaced out.
+    pub(crate) fn title(text: &str, typeface: Typeface) -> Self {
+        let is_of_capitals = text.chars().any(char::is_uppercase) && !text.chars().any(char::is_lowercase);
+        let spacing = if is_of_capitals { SPACING_OF_TITLES } else { 0.0 };
+        let set = |font| Self::with(text, Setting { font: Some(font), spacing }, Fonts::system);
+        match typeface {
+            Typeface::Strokes => Self::new(text),
+            Typeface::Serif => set(Own::Serif),
+            Typeface::Sans => set(Own::Sans),
+            Typeface::Capitals => {
+                let setting = Setting { font: Some(Own::Capitals), spacing: SPACING_OF_CAPITALS };
+                Self::with(&capitals(text), setting, Fonts::system)
+            }
+        }
     }
 
     /// Creates a line with letters of the given fonts, which are only looked at if the text needs them.
-    fn with<'a>(text: &str, fonts: impl FnOnce() -> &'a Fonts) -> Self {
-        let mut text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        if text.chars().all(|character| LETTERS.contains_key(&character)) {
-            let pieces = text.char_indices().filter_map(|(at, character)| Piece::own(at, character)).collect();
-            return Self { text, pieces, is_leftward: false, replaced: Vec::new() };
+    fn with<'a>(text: &str, setting: Setting, fonts: impl FnOnce() -> &'a Fonts) -> Self {
+        let words = text.split(|it: char| it.is_whitespace() && !is_thin(it)).filter(|word| !word.is_empty());
+        let mut text = words.collect::<Vec<_>>().join(" ");
+        let own = setting.font.map(|font| (font, font.known(text.chars())));
+        let mut faces: BTreeMap<char, Face> = BTreeMap::new();
+        if let Some((font, known)) = own {
+            faces.extend(known.into_iter().map(|character| (character, Face::Own(font))));
         }
         let is_foreign = |character: char| !LETTERS.contains_key(&character) && !is_invisible(character);
-        let foreign: BTreeSet<char> = text.chars().filter(|character| is_foreign(*character)).collect();
-        let fonts = fonts();
-        let faces = fonts.faces(&foreign);
+        let foreign: BTreeSet<char> =
+            text.chars().filter(|character| is_foreign(*character) && !faces.contains_key(character)).collect();
+        if foreign.is_empty() && faces.is_empty() {
+            let pieces = text.char_indices().filter_map(|(at, character)| Piece::own(at, character)).collect();
+            return Self { text, pieces, is_leftward: false, setting, replaced: Vec::new() };
+        }
+        let fonts = (!foreign.is_empty()).then(fonts);
+        let found = fonts.map(|fonts| fonts.faces(&foreign)).unwrap_or_default();
+        faces.extend(found.into_iter().map(|(character, id)| (character, Face::OfMachine(id))));
         let is_known = |character: char| !is_foreign(character) || faces.contains_key(&character);
         let mut seen = BTreeSet::new();
         let replaced = text.chars().filter(|it| !is_known(*it) && seen.insert(*it)).collect();
@@ -126,8 +188,11 @@ impl Line {
             text.push(ELLIPSIS);
         }
         let text: String = text.chars().map(|it| if is_known(it) { it } else { REPLACEMENT }).collect();
-        let (pieces, is_leftward) = pieces(&text, fonts, &faces);
-        Self { text, pieces, is_leftward, replaced }
+        let (mut pieces, is_leftward) = pieces(&text, fonts, &faces, setting.spacing);
+        if let Some(last) = pieces.iter_mut().rev().find(|piece| piece.advance > 0.0) {
+            last.advance -= if matches!(last.shape, Shape::Font(_)) { setting.spacing.min(last.advance) } else { 0.0 };
+        }
+        Self { text, pieces, is_leftward, setting, replaced }
     }
 
     /// Returns the text as it is drawn.
@@ -151,7 +216,11 @@ impl Line {
         }
         let empty = Self { text: String::new(), pieces: Vec::new(), ..self.clone() };
         // The longest beginning that leaves room for an ellipsis, without the blank that it may end with.
-        let Some(ellipsis) = Piece::own(0, ELLIPSIS) else { return (empty, height) };
+        let own = self.setting.font.and_then(|font| {
+            let glyph = font.shaped("…", false, 0.0).into_iter().next()?;
+            Some(Piece { begin: 0, advance: glyph.advance, shape: Shape::Font(glyph.outlines) })
+        });
+        let Some(ellipsis) = own.or_else(|| Piece::own(0, ELLIPSIS)) else { return (empty, height) };
         let mut in_order: Vec<&Piece> = self.pieces.iter().collect();
         in_order.sort_by_key(|piece| piece.begin);
         let (mut width, mut kept) = (0.0, None);
@@ -174,7 +243,7 @@ impl Line {
     /// pixels. Letters of fonts are in [`Line::areas`].
     pub(crate) fn strokes(&self, at: DVec2, height: f64) -> Vec<Vec<DVec2>> {
         let of = |(piece, at): (&Piece, DVec2)| {
-            let Shape::Own(letter) = piece.shape else { return Vec::new() };
+            let Shape::Own(letter) = &piece.shape else { return Vec::new() };
             letter.strokes.iter().map(|stroke| placed(stroke, at, height)).collect()
         };
         self.places(at, height).flat_map(of).collect()
@@ -184,8 +253,8 @@ impl Line {
     pub(crate) fn areas(&self, at: DVec2, height: f64) -> Vec<Area> {
         let of = |(piece, at): (&Piece, DVec2)| {
             let Shape::Font(outlines) = &piece.shape else { return None };
-            let outlines: Vec<Vec<DVec2>> = outlines.iter().map(|outline| placed(outline, at, height)).collect();
-            (!outlines.is_empty()).then_some(Area { outlines, pen_px: HATCHING * height })
+            let place = Affine::new([height, 0.0, 0.0, -height, at.x, at.y]);
+            (!outlines.is_empty()).then(|| Area::new(place * outlines.clone(), HATCHING * height))
         };
         self.places(at, height).filter_map(of).collect()
     }
@@ -205,8 +274,24 @@ fn placed(points: &[DVec2], at: DVec2, height: f64) -> Vec<DVec2> {
     points.iter().map(|point| at + height * DVec2::new(point.x, -point.y)).collect()
 }
 
-/// Returns the letters of a text from left to right, and whether it runs to the left as a whole.
-fn pieces(text: &str, fonts: &Fonts, faces: &BTreeMap<char, ID>) -> (Vec<Piece>, bool) {
+/// Returns a text in capitals. Greek capitals have no accents where all letters are capitals.
+fn capitals(text: &str) -> String {
+    let bare = |letter| match letter {
+        'Ά' => 'Α',
+        'Έ' => 'Ε',
+        'Ή' => 'Η',
+        'Ί' => 'Ι',
+        'Ό' => 'Ο',
+        'Ύ' => 'Υ',
+        'Ώ' => 'Ω',
+        letter => letter,
+    };
+    text.to_uppercase().chars().map(bare).collect()
+}
+
+/// Returns the letters of a text from left to right, and whether it runs to the left as a whole. Without fonts of the
+/// machine no character is one of them.
+fn pieces(text: &str, fonts: Option<&Fonts>, faces: &BTreeMap<char, Face>, spacing: f64) -> (Vec<Piece>, bool) {
     let directions = BidiInfo::new(text, None);
     let Some(paragraph) = directions.paragraphs.first() else { return (Vec::new(), false) };
     let (levels, runs) = directions.visual_runs(paragraph, paragraph.range.clone());
@@ -221,8 +306,13 @@ fn pieces(text: &str, fonts: &Fonts, faces: &BTreeMap<char, ID>) -> (Vec<Piece>,
             let begin = run.start + part.start;
             let part = &text[begin..run.start + part.end];
             let letters = || part.char_indices().filter_map(|(at, character)| Piece::own(begin + at, character));
-            match face {
-                Some(face) => pieces.extend(fonts.shaped(face, part, is_leftward).into_iter().map(|glyph| Piece {
+            let glyphs = match face {
+                Some(Face::Own(font)) => Some(font.shaped(part, is_leftward, spacing)),
+                Some(Face::OfMachine(id)) => fonts.map(|fonts| fonts.shaped(id, part, is_leftward)),
+                None => None,
+            };
+            match glyphs {
+                Some(glyphs) => pieces.extend(glyphs.into_iter().map(|glyph| Piece {
                     begin: begin + glyph.begin,
                     advance: glyph.advance,
                     shape: Shape::Font(glyph.outlines),
@@ -237,8 +327,8 @@ fn pieces(text: &str, fonts: &Fonts, faces: &BTreeMap<char, ID>) -> (Vec<Piece>,
 
 /// Splits a text into parts with letters of the table, or of one font. A combining mark takes the letter of the table
 /// that it belongs to into its own font, and invisible characters stay with those before them.
-fn parts(text: &str, faces: &BTreeMap<char, ID>) -> Vec<(Range<usize>, Option<ID>)> {
-    let mut parts: Vec<(Range<usize>, Option<ID>)> = Vec::new();
+fn parts(text: &str, faces: &BTreeMap<char, Face>) -> Vec<(Range<usize>, Option<Face>)> {
+    let mut parts: Vec<(Range<usize>, Option<Face>)> = Vec::new();
     let mut before = 0;
     for (at, character) in text.char_indices() {
         let end = at + character.len_utf8();
@@ -258,125 +348,4 @@ fn parts(text: &str, faces: &BTreeMap<char, ID>) -> Vec<(Range<usize>, Option<ID
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_line_of_the_table_is_a_letter() {
-        let text = include_str!("letters.txt");
-        let holds = |text: &str| table(text).len() == text.lines().filter(|line| !line.starts_with('#')).count();
-        assert!(holds(text) && LETTERS.len() > 190);
-        assert!(!holds(&text.replacen(",", ";", 1)) || text.find(',') < text.find("U+"), "planted: damage");
-        assert!(!holds(&text.replace("U+0041 18 9,21", "U+0041 18 9;21")), "planted: damage");
-        // ASCII and Latin-1 are complete, except for the soft hyphen, which is invisible.
-        let latin = (0x20..0x7f).chain(0xa0..0x100).filter(|code| *code != 0xad).filter_map(char::from_u32);
-        let missing: Vec<char> = latin.filter(|character| !LETTERS.contains_key(character)).collect();
-        assert!(missing.is_empty(), "{missing:?}");
-        // Letters are on the baseline, have plausible heights, and stay within their advance.
-        let of = |character: char| LETTERS[&character].strokes.concat();
-        let high = |points: &[DVec2]| points.iter().map(|point| point.y).fold(f64::MIN, f64::max);
-        assert!((high(&of('H')) - 1.0).abs() < 1e-9 && high(&of('É')) > 1.2 && high(&of('x')) < 0.7);
-        for (character, letter) in LETTERS.iter() {
-            let inside = |point: &DVec2| point.x >= -0.01 && point.x <= letter.advance + 0.01 && point.y.abs() < 1.5;
-            assert!(letter.strokes.concat().iter().all(inside), "{character}");
-        }
-    }
-
-    #[test]
-    fn characters_without_a_letter_are_replaced_and_reported_once() {
-        let none = Fonts::of(fontdb::Database::new());
-        let line = Line::with("  Mont\tBlanc \n 山 é 山 Ж", || &none);
-        assert_eq!(line.text(), "Mont Blanc ? é ? ?");
-        assert_eq!(line.replaced, ['山', 'Ж']);
-        assert!(Line::new("Gruss aus Zürich – Säntis").replaced.is_empty());
-    }
-
-    #[test]
-    fn long_texts_shrink_and_are_then_cut() {
-        let line = Line::new("Grosser Aletschgletscher");
-        let width = line.width();
-        assert_eq!(line.fitted(4.0 * width, 3.0, 1.0), (line.clone(), 3.0));
-        let (same, height) = line.fitted(2.0 * width, 3.0, 1.0);
-        assert!(same == line && (height - 2.0).abs() < 1e-9);
-        let (cut, height) = line.fitted(0.5 * width, 3.0, 1.0);
-        assert!(cut.text().ends_with('…') && cut.text().starts_with("Grosser") && height == 1.0, "{}", cut.text());
-        assert!(cut.width() <= 0.5 * width && cut.width() > 0.4 * width);
-        assert_eq!(line.fitted(0.1, 3.0, 1.0).0.text(), "");
-        // The result is the same as by trying each shorter text; a text of a megabyte is cut as fast as it is read.
-        let words = Line::new("Am  Ende der Welt");
-        for room in (0..60).map(|tenths| 0.1 * f64::from(tenths)) {
-            let (cut, _) = words.fitted(room, 1.0, 1.0);
-            let shorter = (0..words.text().chars().count()).rev().map(|count| {
-                let begin: String = words.text().chars().take(count).collect();
-                Line::new(&format!("{}…", begin.trim_end()))
-            });
-            let expected = shorter.clone().find(|line| line.width() <= room).map_or(String::new(), |line| line.text);
-            assert_eq!(cut.text(), expected, "{room}");
-        }
-        let start = std::time::Instant::now();
-        let long: String = (0..1 << 20).filter_map(|i| char::from_u32(0x4e00 + i % 60_000)).collect();
-        let none = Fonts::of(fontdb::Database::new());
-        let (cut, _) = Line::with(&long, || &none).fitted(1000.0, 3.0, 1.0);
-        assert!(cut.text().ends_with('…') && start.elapsed().as_secs_f64() < 5.0, "{:?}", start.elapsed());
-    }
-
-    #[test]
-    fn strokes_are_at_the_requested_positions() {
-        let strokes = Line::new("H").strokes(DVec2::new(10.0, 100.0), 42.0);
-        let points = strokes.concat();
-        let [low, high] = [f64::min, f64::max].map(|pick| points.iter().map(|at| at.y).reduce(pick));
-        assert_eq!([low, high], [Some(58.0), Some(100.0)]);
-        assert!(points.iter().all(|at| at.x > 10.0 && at.x < 10.0 + 42.0 * Line::new("H").width()));
-    }
-
-    /// Fonts of the window's library, as those of a machine.
-    #[cfg(feature = "window")]
-    fn fonts() -> Fonts {
-        let mut database = fontdb::Database::new();
-        for font in egui::FontDefinitions::default().font_data.values() {
-            database.load_font_data((*font.font).as_ref().to_vec());
-        }
-        Fonts::of(database)
-    }
-
-    #[cfg(feature = "window")]
-    #[test]
-    fn characters_that_the_table_lacks_come_from_fonts() {
-        let fonts = fonts();
-        let line = Line::with("Гора Elbrus, Łódź 山", || &fonts);
-        assert_eq!((line.text(), line.replaced.as_slice()), ("Гора Elbrus, Łódź ?", &['山'][..]));
-        let (areas, strokes) = (line.areas(DVec2::ZERO, 10.0), line.strokes(DVec2::ZERO, 10.0));
-        // Four letters of the first word, and two that Latin-1 does not have.
-        assert_eq!(areas.len(), 6);
-        assert!(strokes.len() > 12 && line.width() > 10.0 && line.width() < 30.0, "{}", line.width());
-        // Letters are on the baseline, as high as those of the table.
-        let [top, bottom] = areas[0].high_px();
-        assert!((top + 10.0).abs() < 0.5 && bottom.abs() < 0.2, "{top} {bottom}");
-        // Where there is no font, all are replaced.
-        let none = Fonts::of(fontdb::Database::new());
-        assert_eq!(Line::with("Гора Elbrus", || &none).replaced, ['Г', 'о', 'р', 'а']);
-        // A mark takes its letter along.
-        let marked = Line::with("Ve\u{301}lo", || &fonts);
-        assert!(marked.replaced.is_empty() && !marked.areas(DVec2::ZERO, 1.0).is_empty());
-        // Text that is too long is cut.
-        let (cut, _) = Line::with(&"Гора ".repeat(9000), || &fonts).fitted(100.0, 1.0, 1.0);
-        assert!(cut.text().ends_with('…') && cut.width() <= 100.0 && cut.width() > 90.0, "{}", cut.width());
-    }
-
-    #[cfg(feature = "window")]
-    #[test]
-    fn text_that_runs_to_the_left_is_ordered() {
-        let fonts = fonts();
-        // Hebrew has no letters in these fonts, so its question marks show the order.
-        let none = BTreeMap::new();
-        let order =
-            |text: &str| -> Vec<usize> { pieces(text, &fonts, &none).0.into_iter().map(|piece| piece.begin).collect() };
-        assert_eq!(order("ab 12"), [0, 1, 2, 3, 4]);
-        // A mark of direction makes the whole run to the left, except for the words and the number in it.
-        assert_eq!(order("\u{200f}ab 12"), [3, 4, 5, 6, 7]);
-        let (found, is_leftward) = pieces("\u{200f}! ab", &fonts, &none);
-        assert!(is_leftward);
-        let found: Vec<usize> = found.into_iter().map(|piece| piece.begin).collect();
-        assert_eq!(found, [5, 6, 4, 3]);
-    }
-}
+mod tests;

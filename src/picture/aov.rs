@@ -85,6 +85,8 @@ pub enum PlaneSource {
     Tone,
     /// Tone after hatching, rows of hachures and cut lines, 0 black to 1 white.
     Hatch,
+    /// Ink of the layer of the style with this index, in its first channel, 0 to 1. It is not a channel of `--aov`.
+    Ink(usize),
 }
 
 /// Names of the channels of `--aov`.
@@ -253,6 +255,12 @@ fn read_floats(
         }),
         PlaneSource::LsaLine => scatter(gpu, renderer, window, &LINE, |i, line: f32| values[i] = line),
         PlaneSource::Hatch => read_marks(gpu, renderer, style, window, values),
+        PlaneSource::Ink(layer) => {
+            let Some(target) = renderer.ink_target(window.eye, layer) else { return Ok(()) };
+            let texels = super::ink::channels(gpu, target, window.inset, window.size_px)?;
+            window.place(&texels, |i, texel| values[i] = texel[0]);
+            Ok(())
+        }
         PlaneSource::Tone => {
             scatter(gpu, renderer, window, &TONE, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3]))
         }

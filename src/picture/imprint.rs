@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 9;
+const VERSION: u32 = 10;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -131,6 +131,12 @@ pub struct More {
     pub map: Option<String>,
     /// Title below the picture.
     pub title: Option<String>,
+    /// The number N of the scale 1 : N of a map.
+    pub map_scale: Option<f64>,
+    /// Credits in the title block.
+    pub credits: Option<String>,
+    /// Whether the title block has a legend.
+    pub legend: Option<bool>,
     /// Whether a map has a frame.
     pub frame: Option<bool>,
     /// Value of `--focus`.
@@ -165,7 +171,7 @@ impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
-    /// `frame`.
+    /// `frame`; 10 `credits`, `legend` and `map_scale`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -176,8 +182,10 @@ impl More {
             && self.tile_rows.is_none();
         const GENERATED: u32 = 7;
         const FITTED: u32 = 8;
+        const FRAMED: u32 = 9;
         match self {
-            _ if self.frame.is_some() => VERSION,
+            _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => VERSION,
+            _ if self.frame.is_some() => FRAMED,
             _ if self.tone_curve.is_some() => FITTED,
             _ if self.sea_level.is_some() || self.trees.is_some() || self.seed.is_some() => GENERATED,
             _ if self.haze.is_some() => HAZY,
@@ -217,6 +225,7 @@ impl More {
             margin,
             tolerance_px,
             pens,
+            map_scale,
             fps,
             warm_up,
             encoding: _,
@@ -229,6 +238,8 @@ impl More {
             ipd: _,
             map: _,
             title: _,
+            credits: _,
+            legend: _,
             frame: _,
             focus: _,
             water: _,
@@ -254,6 +265,7 @@ impl More {
             ("margin", *margin, ranges::MARGIN_MM),
             ("tolerance_px", *tolerance_px, ranges::TOLERANCE_PX),
             ("pens", pens.map(|pens| pens as f64), ranges::PENS),
+            ("map_scale", *map_scale, ranges::MAP_SCALE),
             ("fps", fps.map(FrameRate::per_second), ranges::FPS),
             ("warm_up", warm_up.map(|frames| frames as f64), ranges::WARM_UP_FRAMES),
         ];

@@ -206,7 +206,14 @@ fn rows(
 /// Returns lines of an ink as a group. `part` is the number of a family of lines or of a set of marks, from 1.
 fn group(style_ink: &StyleInk, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
     let label = if style_ink.number > 0 { format!("{label} (layer {})", style_ink.number + 1) } else { label };
-    Group { id: style_ink.id(part), label, ink: style_ink.color, kind: GroupKind::Ink(InkKind::Mark), lines }
+    Group {
+        id: style_ink.id(part),
+        label,
+        ink: style_ink.color,
+        kind: GroupKind::Ink(InkKind::Mark),
+        lines,
+        fills: Vec::new(),
+    }
 }
 
 /// Returns the visible pieces of a mark, tested every half pixel.

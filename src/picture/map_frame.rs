@@ -6,9 +6,11 @@
 //! Lengths here are pixels of the style, which are scaled with the dots per inch.
 
 use glam::DVec2;
+use kurbo::Affine;
 
 use super::title::{PEN, grouped};
 use crate::lettering::Line;
+use crate::lettering::area::Area;
 use crate::lettering::ink::PenStroke;
 use crate::style::{Color, Paper};
 
@@ -71,6 +73,8 @@ struct Crossing {
 pub(crate) struct MapFrame {
     /// Strokes in pixels of the picture.
     pub strokes: Vec<PenStroke>,
+    /// Letters of fonts, in pixels of the picture.
+    pub areas: Vec<Area>,
     /// The number of coordinates that are stated.
     pub labels: usize,
 }
@@ -85,7 +89,7 @@ pub(crate) fn map_frame(
 ) -> MapFrame {
     let size = DVec2::new(f64::from(size_px[0]), f64::from(size_px[1]));
     let outer = outline(DVec2::splat(OUTER[0] * px), size - OUTER[0] * px, OUTER[1] * px);
-    let mut frame = MapFrame { strokes: vec![outer], labels: 0 };
+    let mut frame = MapFrame { strokes: vec![outer], ..MapFrame::default() };
     let middle = f64::from(paper.margin_px) + 0.5 * f64::from(paper.border_px);
     let low = DVec2::splat(middle);
     let high = size - middle - DVec2::new(0.0, f64::from(paper.foot_px));
@@ -120,9 +124,10 @@ pub(crate) fn map_frame(
         for crossing in crossings(values, step, kind, axis) {
             let at = from.lerp(to, crossing.at);
             frame.strokes.push(PenStroke::line(at, at + inward * TICK[0] * px, TICK[1] * px));
-            let letters = label(&crossing.label, at, inward, [low, high], paper, px);
-            frame.labels += usize::from(!letters.is_empty());
-            frame.strokes.extend(letters);
+            let (strokes, areas) = label(&crossing.label, at, inward, [low, high], paper, px);
+            frame.labels += usize::from(!strokes.is_empty() || !areas.is_empty());
+            frame.strokes.extend(strokes);
+            frame.areas.extend(areas);
         }
     }
     frame
@@ -188,7 +193,7 @@ fn crossings(values: &[f64], step: f64, kind: Coordinates, axis: usize) -> Vec<C
     found
 }
 
-/// Returns a coordinate as text: `46°30'N`, or `2 600 000`.
+/// Returns a coordinate as text: `46°30′N`, or `2 600 000`.
 fn text(value: f64, step: f64, kind: Coordinates, axis: usize) -> String {
     if kind == Coordinates::Lengths {
         let decimals = (-(step + 1e-12).log10().floor()).max(0.0) as usize;
@@ -211,22 +216,29 @@ fn text(value: f64, step: f64, kind: Coordinates, axis: usize) -> String {
     if step >= 1.0 {
         format!("{degrees}°{side}")
     } else if step * 60.0 > 1.0 - 1e-9 {
-        format!("{degrees}°{minutes:02}'{side}")
+        format!("{degrees}°{minutes:02}′{side}")
     } else {
-        format!("{degrees}°{minutes:02}'{seconds:02}\"{side}")
+        format!("{degrees}°{minutes:02}′{seconds:02}″{side}")
     }
 }
 
-/// Returns the strokes of a label outside of the border, in its middle at `at`; on the left and right sides it is read
+/// Returns the strokes and areas of a label outside of the border, in its middle at `at`; on the left and right sides it is read
 /// upward. A label that would go beyond a corner is left out.
-fn label(text: &str, at: DVec2, inward: DVec2, [low, high]: [DVec2; 2], paper: &Paper, px: f64) -> Vec<PenStroke> {
-    let line = Line::new(text);
+fn label(
+    text: &str,
+    at: DVec2,
+    inward: DVec2,
+    [low, high]: [DVec2; 2],
+    paper: &Paper,
+    px: f64,
+) -> (Vec<PenStroke>, Vec<Area>) {
+    let line = Line::small(text, paper.typeface);
     let height = LETTERS * px;
     let half = 0.5 * line.width() * height;
     let is_upright = inward.x == 0.0;
     let room = if is_upright { (at.x - low.x).min(high.x - at.x) } else { (at.y - low.y).min(high.y - at.y) };
     if room < half {
-        return Vec::new();
+        return (Vec::new(), Vec::new());
     }
     let outside = 0.5 * f64::from(paper.border_px) + GAP * px;
     // The tops of letters point up or to the left.
@@ -238,7 +250,11 @@ fn label(text: &str, at: DVec2, inward: DVec2, [low, high]: [DVec2; 2], paper: &
     let turned = |point: DVec2| begin + forward * point.x + down * point.y;
     let letters = line.strokes(DVec2::ZERO, height);
     let width_px = (PEN * height).max(LETTERS_PEN * px);
-    letters.into_iter().map(|points| PenStroke { points: points.into_iter().map(turned).collect(), width_px }).collect()
+    let strokes =
+        letters.into_iter().map(|points| PenStroke { points: points.into_iter().map(turned).collect(), width_px });
+    let turn = Affine::new([forward.x, forward.y, down.x, down.y, begin.x, begin.y]);
+    let areas = line.areas(DVec2::ZERO, height).into_iter().map(|area| Area::new(turn * area.curves, area.pen_px));
+    (strokes.collect(), areas.collect())
 }
 
 /// Returns the smallest round denominator of a scale that is at least `exact`.
@@ -254,6 +270,7 @@ mod tests {
 
     fn paper() -> Paper {
         let mut paper = crate::style::Style::load("plain").unwrap().paper;
+        paper.typeface = crate::style::Typeface::Strokes;
         (paper.margin_px, paper.border_px, paper.foot_px) = (0.0, 0.0, 40.0);
         set_paper(&mut paper, Color::default(), 1.0);
         paper
@@ -277,16 +294,16 @@ mod tests {
     #[test]
     fn coordinates_are_written_as_on_maps() {
         let degrees = |value, step, axis| text(value, step, Coordinates::Degrees, axis);
-        assert_eq!(degrees(46.5, 0.25, 1), "46°30'N");
+        assert_eq!(degrees(46.5, 0.25, 1), "46°30′N");
         assert_eq!(degrees(-8.0, 1.0, 0), "8°W");
         assert_eq!(degrees(190.0, 1.0, 0), "170°W");
         assert_eq!([degrees(180.0, 30.0, 0), degrees(-180.0, 30.0, 0), degrees(540.0, 30.0, 0)], ["180°"; 3]);
-        assert_eq!(degrees(46.999_999_99, 1.0 / 60.0, 1), "47°00'N");
+        assert_eq!(degrees(46.999_999_99, 1.0 / 60.0, 1), "47°00′N");
         let length = |value, step| text(value, step, Coordinates::Lengths, 0);
-        assert_eq!([length(-0.05, 0.05), length(0.0, 0.05), length(1234.5, 0.5)], ["−0.05", "0.00", "1 234.5"]);
-        assert_eq!([length(-2000.0, 1000.0), length(0.0, 1.0)], ["−2 000", "0"]);
-        assert_eq!(degrees(-0.002_777_8, 1.0 / 360.0, 1), "0°00'10\"S");
-        assert_eq!(text(2_600_000.0, 1000.0, Coordinates::Lengths, 0), "2 600 000");
+        assert_eq!([length(-0.05, 0.05), length(0.0, 0.05), length(1234.5, 0.5)], ["−0.05", "0.00", "1\u{2009}234.5"]);
+        assert_eq!([length(-2000.0, 1000.0), length(0.0, 1.0)], ["−2\u{2009}000", "0"]);
+        assert_eq!(degrees(-0.002_777_8, 1.0 / 360.0, 1), "0°00′10″S");
+        assert_eq!(text(2_600_000.0, 1000.0, Coordinates::Lengths, 0), "2\u{2009}600\u{2009}000");
     }
 
     #[test]
@@ -296,7 +313,7 @@ mod tests {
             |px: DVec2| DVec2::new(8.0 + px.x * 1e-3 + px.y * px.y * 2e-8, 47.0 - px.y * 1e-3 + px.x * 1e-5);
         let size = [700, 500];
         let paper = paper();
-        let MapFrame { strokes: drawn, labels } = map_frame(size, &paper, Coordinates::Degrees, coordinates, 1.0);
+        let MapFrame { strokes: drawn, labels, .. } = map_frame(size, &paper, Coordinates::Degrees, coordinates, 1.0);
         let ticks: Vec<&PenStroke> = drawn
             .iter()
             .filter(|stroke| stroke.points.len() == 2 && stroke.points[0].distance(stroke.points[1]) == TICK[0])
@@ -328,8 +345,37 @@ mod tests {
     #[test]
     fn a_label_that_would_go_beyond_a_corner_is_left_out() {
         let corners = [DVec2::splat(30.0), DVec2::new(400.0, 300.0)];
-        let at = |x: f64| label("8°30'E", DVec2::new(x, 30.0), DVec2::Y, corners, &paper(), 1.0).len();
+        let at = |x: f64| label("8°30′E", DVec2::new(x, 30.0), DVec2::Y, corners, &paper(), 1.0).0.len();
         assert!(at(200.0) > 5 && at(395.0) == 0 && at(31.0) == 0);
+    }
+
+    #[test]
+    fn labels_of_a_typeface_are_where_those_of_strokes_are() {
+        let corners = [DVec2::splat(30.0), DVec2::new(400.0, 300.0)];
+        for (at, inward) in [
+            (DVec2::new(200.0, 30.0), DVec2::Y),
+            (DVec2::new(200.0, 300.0), DVec2::NEG_Y),
+            (DVec2::new(30.0, 150.0), DVec2::X),
+            (DVec2::new(400.0, 150.0), DVec2::NEG_X),
+        ] {
+            let of = |typeface| label("46°30′N", at, inward, corners, &Paper { typeface, ..paper() }, 1.0);
+            let (strokes, none) = of(crate::style::Typeface::Strokes);
+            let (bare, areas) = of(crate::style::Typeface::Serif);
+            assert!(none.is_empty() && bare.is_empty() && areas.len() == 7, "{} areas", areas.len());
+            let middle = |points: &[DVec2]| {
+                let fold = |pick: fn(DVec2, DVec2) -> DVec2| points.iter().copied().reduce(pick).unwrap();
+                0.5 * (fold(DVec2::min) + fold(DVec2::max))
+            };
+            let corners_of = |area: &Area| {
+                let around = kurbo::Shape::bounding_box(&area.curves);
+                [DVec2::new(around.x0, around.y0), DVec2::new(around.x1, around.y1)]
+            };
+            let of_areas = middle(&areas.iter().flat_map(corners_of).collect::<Vec<_>>());
+            let of_strokes = middle(&strokes.iter().flat_map(|stroke| stroke.points.clone()).collect::<Vec<_>>());
+            assert!(of_areas.distance(of_strokes) < 1.5, "{inward}: {of_areas} and {of_strokes}");
+            // Planted: the label of another side.
+            assert!(of_areas.distance(at + inward * 8.0) > 10.0);
+        }
     }
 
     #[test]

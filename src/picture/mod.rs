@@ -13,6 +13,7 @@ pub(crate) mod imprint;
 mod ink;
 mod in_view;
 mod ink_lines;
+pub(crate) mod legend;
 pub(crate) mod map_frame;
 pub(crate) mod nearest;
 mod report;
@@ -45,6 +46,7 @@ use crate::scene::tone_curve::ToneCurve;
 use crate::scene::view::{Clock, Part, Pose, Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
+use crate::surface::form;
 use crate::tiles::terrain::Loading;
 use crate::tones::relief;
 use crate::world::Surfaces;
@@ -205,6 +207,26 @@ fn render_eyes<E>(
     request: &PictureRequest<'_>,
     pair: Option<&Pair>,
     parts: &PartRule,
+    take: impl FnMut(Vec<Band>) -> Result<(), E>,
+) -> Result<PictureReport, PictureError<E>> {
+    let drawn = draw_parts(gpu, renderer, world, request, pair, parts, take);
+    // Later frames are fitted to themselves, also after a picture that failed.
+    world.terrain.hold_error_px(0.0);
+    for renderer in renderer.iter_mut() {
+        renderer.set_tone_curve(None);
+        renderer.set_masses(None);
+    }
+    drawn
+}
+
+/// Draws all parts of a picture, and leaves what it fitted to the picture in the renderer and in the world.
+fn draw_parts<E>(
+    gpu: &Gpu,
+    renderer: &mut Option<Renderer>,
+    world: &mut Surfaces,
+    request: &PictureRequest<'_>,
+    pair: Option<&Pair>,
+    parts: &PartRule,
     mut take: impl FnMut(Vec<Band>) -> Result<(), E>,
 ) -> Result<PictureReport, PictureError<E>> {
     let jittered = |previous: Pose, clock: Clock, part: Part, jitter_px: DVec2| {
@@ -234,13 +256,15 @@ fn render_eyes<E>(
     let is_flight = single && request.samples <= 1;
     let antialias = if is_flight { request.antialias } else { Antialias::None };
     let relief_px = request.style.drawn_relief().map_or(0, relief::diffuse::reach_px);
+    let planes_px = if request.style.has_planes() { form::reach_px(&request.style.light) } else { 0 };
     let margins = || request.style.layers.iter().map(|layer| layer.behaviour().margins());
     let added_px: u32 = margins().map(|margins| margins.added_px).sum();
-    let margin_px = margins().map(|margins| margins.margin_px).fold(relief_px, u32::max);
+    let margin_px = margins().map(|margins| margins.margin_px).fold(relief_px.max(planes_px), u32::max);
     let margin_px = margin_px.max(parts.margin_px + parallax_px + added_px);
 
     world.terrain.hold_error_px(0.0);
     let tone_curve = tones::curve(gpu, world, request)?;
+    let masses = if single || eyes > 1 { None } else { tones::masses(gpu, world, request, tone_curve)? };
     if !single {
         // Both sides of a seam use meshes with the same allowed error: the largest that any part needs.
         let mut error_px = 0.0_f64;
@@ -281,6 +305,7 @@ fn render_eyes<E>(
             let renderer = Renderer::or_new(renderer, gpu)?;
             renderer.set_antialias(antialias);
             renderer.set_tone_curve(tone_curve);
+            renderer.set_masses(masses.clone());
             let wants = |is: fn(PlaneSource) -> bool| request.planes.iter().any(|plane| is(plane.source));
             renderer.set_wants_motion(wants(|source| matches!(source, PlaneSource::Motion(_))));
             if wants(|source| source == PlaneSource::SurfaceId) {
@@ -327,8 +352,6 @@ fn render_eyes<E>(
         bands.first().into_iter().for_each(|band| seen.add(band));
         take(bands).map_err(PictureError::Sink)?;
     }
-    world.terrain.hold_error_px(0.0);
-    renderer.iter_mut().for_each(|renderer| renderer.set_tone_curve(None));
     report.count(seen.surface, seen.is_pale());
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(report)

@@ -1,5 +1,6 @@
 //! The title block below a picture: the title and, in small letters, details of the view; for a map also a scale bar,
-//! the representative fraction and a north arrow. All of it consists of pen strokes, for raster and vector output.
+//! the representative fraction and a north arrow. All of it consists of pen strokes and of letters of the paper's
+//! typeface, for raster and vector output.
 //!
 //! The block is on the blank paper of the style's `foot_px`, below the picture and as wide. Lengths here are pixels of
 //! the style, which are scaled with the dots per inch.
@@ -7,33 +8,53 @@
 use glam::DVec2;
 
 use super::Band;
+use super::legend::{LegendPlace, ROW};
 use crate::lettering::Line;
 use crate::lettering::area::{Area, cover_areas};
 use crate::lettering::ink::{PenStroke, cover};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
-use crate::style::{Color, Paper};
+use crate::style::{Color, Paper, Typeface};
+use crate::vector::{Group, GroupKind, InkKind};
 
-/// Height of the block below a picture.
-const HEIGHT: f64 = 64.0;
+/// Height of the block below a picture, and of the line of credits in it.
+const HEIGHT: f64 = 72.0;
+const CREDITS_HEIGHT: f64 = 13.0;
+/// Height of what is above and below the rows of a legend.
+pub(crate) const LEGEND_HEIGHT: f64 = 10.0;
 /// Distance from the paper's edge to the text, if the style has no margin.
 const SIDE: f64 = 16.0;
 /// Height of capitals of the title, and its minimum.
-const TITLE: [f64; 2] = [16.0, 9.0];
-/// Height of capitals of small text, and its minimum.
-const SMALL: [f64; 2] = [7.5, 5.5];
+const TITLE: [f64; 2] = [20.0, 10.0];
+/// Height of capitals of small text, and its minimum; of credits, and of the representative fraction.
+pub(super) const SMALL: [f64; 2] = [7.5, 5.5];
+const CREDITS: [f64; 2] = [6.0, 5.0];
+const FRACTION: f64 = 9.0;
+/// Baselines of the title, of the small text below it and without a title, and of the credits below either.
+const TITLE_LINE: f64 = 37.0;
+const SMALL_LINES: [f64; 2] = [57.5, 41.0];
+const CREDITS_BELOW: f64 = 14.0;
+/// Baselines of the representative fraction and of the lengths of the scale bar, and the middle of the bar.
+const FRACTION_LINE: f64 = 25.0;
+const LENGTHS_LINE: f64 = 42.0;
+const BAR_LINE: f64 = 50.0;
 /// Width of the pen for capitals of height 1, and its minimum. A finer line would look grey, which makes small letters
 /// hard to read.
 pub(super) const PEN: f64 = 0.1;
 const MIN_PEN: f64 = 1.15;
+/// The most that the minimum may be for capitals of height 1: wider lines would close the smallest letters.
+const MAX_PEN: f64 = 0.155;
 /// Width of the line under the picture, if it has no border.
 const RULE: f64 = 1.0;
+/// Power of the coverage of filled letters at their edges. Light is mixed linearly, which makes dark letters on light paper
+/// look thinner than they are.
+const EDGE_POWER: f32 = 0.7;
 /// Gap between the text and the scale bar or arrow to its right.
 const GAP: f64 = 20.0;
 /// Width and length of the north arrow, the distance from its tip to its letter, and the height of its middle below
 /// the picture. It has room in every direction.
 const ARROW: [f64; 2] = [12.0, 28.0];
 const LETTER_GAP: f64 = 3.0;
-const ARROW_MIDDLE: f64 = 36.0;
+const ARROW_MIDDLE: f64 = 39.0;
 /// Largest length of a scale bar, also as a fraction of the available width, and the least length at which it is drawn.
 const BAR: f64 = 200.0;
 const BAR_PART: f64 = 0.3;
@@ -46,8 +67,12 @@ pub(crate) struct Words {
     pub title: String,
     /// Text in small letters below the title.
     pub below: String,
+    /// Sources of the data and names of makers, in smaller letters; may be empty.
+    pub credits: String,
     /// Scale of a map; `None` for other views.
     pub scale: Option<MapScale>,
+    /// Number of rows for which the legend has space; 0 if there is none.
+    pub legend_rows: usize,
 }
 
 /// The scale of a map.
@@ -57,6 +82,8 @@ pub(crate) struct MapScale {
     pub m_per_px: f64,
     /// Millimetres on paper per pixel, if the paper has a size.
     pub mm_per_px: Option<f64>,
+    /// The number N of the scale 1 : N that was given for the map, which is stated as it is.
+    pub denominator: Option<f64>,
     /// Direction of true north at the middle of the map, in radians clockwise from the top of the sheet; `None` if it
     /// is unknown, so that the arrow shows the north of the grid.
     pub true_north_rad: Option<f64>,
@@ -73,12 +100,21 @@ pub(crate) struct Block {
     pub ink: Color,
     /// Characters of the text that neither the lettering nor a font of the machine has.
     pub replaced: Vec<char>,
+    /// Where the legend is, if there is one.
+    pub legend: Option<LegendPlace>,
+}
+
+/// Returns the height of a title block in pixels of the style, without and with its legend.
+fn heights(has_credits: bool, legend_rows: usize) -> [f64; 2] {
+    let height = HEIGHT + if has_credits { CREDITS_HEIGHT } else { 0.0 };
+    let of_legend = if legend_rows > 0 { LEGEND_HEIGHT + ROW * legend_rows as f64 } else { 0.0 };
+    [height, height + of_legend]
 }
 
 /// Returns the height of blank paper below a picture, in addition to the margin, that a title block needs on `paper`.
-/// `px` is the number of pixels per pixel of the style.
-pub(crate) fn foot_px(paper: &Paper, px: f64) -> f32 {
-    let needed = (HEIGHT * px).ceil() as f32 - paper.margin_px.floor();
+/// `px` is the number of pixels per pixel of the style, and `legend_rows` the number of rows of a legend.
+pub(crate) fn foot_px(paper: &Paper, has_credits: bool, legend_rows: usize, px: f64) -> f32 {
+    let needed = (heights(has_credits, legend_rows)[1] * px).ceil() as f32 - paper.margin_px.floor();
     needed.max(paper.foot_px).max(0.0)
 }
 
@@ -97,30 +133,37 @@ fn length(metres: f64) -> String {
     if metres >= 1000.0 { format!("{} km", grouped(metres / 1000.0)) } else { format!("{metres} m") }
 }
 
-/// Formats a whole number with a space before each group of three digits: `12 500`.
+/// A blank between groups of digits.
+const THIN_BLANK: char = '\u{2009}';
+
+/// Formats a whole number with a thin blank before each group of three digits: `12 500`.
 pub(crate) fn grouped(number: f64) -> String {
     let digits = format!("{:.0}", number.abs());
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            text.push(' ');
+            text.push(THIN_BLANK);
         }
         text.push(digit);
     }
     if number <= -0.5 { format!("−{text}") } else { text }
 }
 
-/// Formats the representative fraction to three significant digits: `1 : 50 000`.
+/// Formats the representative fraction, `1 : 50 000`: as it was given, otherwise to three significant digits.
 fn fraction(scale: &MapScale) -> Option<String> {
+    let written = |number: String| format!("1{THIN_BLANK}:{THIN_BLANK}{number}");
+    if let Some(given) = scale.denominator {
+        return Some(written(if given.fract() == 0.0 { grouped(given) } else { given.to_string() }));
+    }
     let exact = 1000.0 * scale.m_per_px / scale.mm_per_px?;
     let step = 10.0_f64.powf(exact.log10().floor() - 2.0).max(1.0);
-    (exact.is_finite() && exact >= 1.0).then(|| format!("1 : {}", grouped((exact / step).round() * step)))
+    (exact.is_finite() && exact >= 1.0).then(|| written(grouped((exact / step).round() * step)))
 }
 
 /// Lays out the title block of a picture of `size_px`. Foot and margin of `paper` must have room for it ([`foot_px`]).
 /// `px` is the number of pixels per pixel of the style.
 pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
-    let mut page = Page { strokes: Vec::new(), areas: Vec::new(), replaced: Vec::new() };
+    let mut page = Page { typeface: paper.typeface, strokes: Vec::new(), areas: Vec::new(), replaced: Vec::new() };
     let [width, height] = size_px.map(f64::from);
     let [margin, foot] = [paper.margin_px, paper.foot_px].map(f64::from);
     let side = if margin > 0.0 { margin } else { SIDE * px };
@@ -131,7 +174,8 @@ pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color,
         page.strokes.push(PenStroke::line(DVec2::new(margin, y), DVec2::new(width - margin, y), rule));
     }
     // On a large foot the block still stays close to the picture.
-    let spare = 0.5 * (margin + foot - HEIGHT * px);
+    let [own, all] = heights(!words.credits.is_empty(), words.legend_rows);
+    let spare = 0.5 * (margin + foot - all * px);
     let top = picture_bottom + spare.clamp(0.0, 12.0 * px);
     let (left, mut right) = (side, width - side);
     let at = |x: f64, y: f64| DVec2::new(x, top + y * px);
@@ -139,19 +183,29 @@ pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color,
         right = page.scale(scale, right - left, right, at, px);
     }
     let room = (right - left).max(0.0);
-    let title = Line::new(&words.title);
+    let title = Line::title(&words.title, paper.typeface);
     let has_title = !title.text().is_empty();
     if has_title {
-        page.fitted(&title, room, TITLE, at(left, 32.0), px);
+        page.fitted(&title, room, TITLE, at(left, TITLE_LINE), px);
     }
-    page.fitted(&Line::new(&words.below), room, SMALL, at(left, if has_title { 50.0 } else { 37.0 }), px);
+    let small_line = SMALL_LINES[usize::from(!has_title)];
+    page.fitted(&Line::small(&words.below, paper.typeface), room, SMALL, at(left, small_line), px);
+    if !words.credits.is_empty() {
+        let credits = Line::small(&words.credits, paper.typeface);
+        page.fitted(&credits, room, CREDITS, at(left, small_line + CREDITS_BELOW), px);
+    }
+    let legend = (words.legend_rows > 0).then(|| {
+        let (room_px, rows, typeface) = (width - 2.0 * side, words.legend_rows, paper.typeface);
+        LegendPlace { at: at(side, own), room_px, rows, px, typeface, ink }
+    });
     let mut replaced = page.replaced;
     replaced.sort_unstable();
     replaced.dedup();
-    Block { strokes: page.strokes, areas: page.areas, ink, replaced }
+    Block { strokes: page.strokes, areas: page.areas, ink, replaced, legend }
 }
 
 struct Page {
+    typeface: Typeface,
     strokes: Vec<PenStroke>,
     areas: Vec<Area>,
     replaced: Vec<char>,
@@ -165,14 +219,15 @@ impl Page {
     }
 
     fn write(&mut self, line: &Line, at: DVec2, height: f64, px: f64) {
-        let width_px = (PEN * height).max(MIN_PEN * px);
+        let width_px = (PEN * height).max((MIN_PEN * px).min(MAX_PEN * height));
         self.strokes.extend(line.strokes(at, height).into_iter().map(|points| PenStroke { points, width_px }));
         self.areas.extend(line.areas(at, height));
     }
 
-    fn small(&mut self, text: &str, at: DVec2, px: f64, part_left: f64) {
-        let line = Line::new(text);
-        let height = SMALL[0] * px;
+    /// Writes a text of which `part_left` is to the left of a point.
+    fn small(&mut self, text: &str, height: f64, at: DVec2, px: f64, part_left: f64) {
+        let line = Line::small(text, self.typeface);
+        let height = height * px;
         self.write(&line, at - DVec2::new(part_left * line.width() * height, 0.0), height, px);
     }
 
@@ -184,7 +239,9 @@ impl Page {
         }
         let [arrow_width, arrow_height] = ARROW;
         let half_length = 0.5 * arrow_height;
-        // A turned arrow needs more room to its sides.
+        // The letters may be wider than the arrow, and a turned arrow needs more room to its sides.
+        let name = if scale.true_north_rad.is_some() { "N" } else { "GN" };
+        let arrow_width = arrow_width.max(SMALL[0] * Line::small(name, self.typeface).width());
         let (sine, cosine) = scale.true_north_rad.unwrap_or(0.0).sin_cos();
         let arrow_width = (2.0 * (half_length + LETTER_GAP + SMALL[0]) * sine.abs()).max(arrow_width);
         let middle = right - 0.5 * arrow_width * px;
@@ -197,42 +254,42 @@ impl Page {
         }
         // The letter is upright, with its middle in the arrow's direction.
         let letter = turned(0.0, -half_length - LETTER_GAP - 0.5 * SMALL[0]) + DVec2::new(0.0, 0.5 * SMALL[0] * px);
-        self.small(if scale.true_north_rad.is_some() { "N" } else { "GN" }, letter, px, 0.5);
+        self.small(name, SMALL[0], letter, px, 0.5);
         let mut left = right - arrow_width * px - GAP * px;
         let most = (BAR * px).min(BAR_PART * width);
         let bar_m = round_m(most * scale.m_per_px);
         let bar = bar_m / scale.m_per_px;
         if bar >= MIN_BAR * px {
             let name = length(bar_m);
-            let overhang = 0.5 * SMALL[0] * px * Line::new(&name).width();
+            let overhang = 0.5 * SMALL[0] * px * Line::small(&name, self.typeface).width();
             let end = left - overhang;
             let begin = end - bar;
             // A bar of 1 has four quarters, of 2 four halves, of 5 five ones; every second section is heavy.
             let parts = if (bar_m / 10.0_f64.powf(bar_m.log10().floor() + 1e-9) - 5.0).abs() < 0.1 { 5 } else { 4 };
             let tick = |part: f64| begin + bar * part;
-            self.strokes.push(line(at(begin, 46.0), at(end, 46.0), 1.0));
+            self.strokes.push(line(at(begin, BAR_LINE), at(end, BAR_LINE), 1.0));
             for i in 0..parts {
                 let [from, to] = [i, i + 1].map(|i| tick(f64::from(i) / f64::from(parts)));
                 if i % 2 == 0 {
                     // Round ends would lengthen the section.
                     let half = 0.5 * 3.2 * px;
-                    self.strokes.push(line(at(from + half, 46.0), at(to - half, 46.0), 3.2));
+                    self.strokes.push(line(at(from + half, BAR_LINE), at(to - half, BAR_LINE), 3.2));
                 }
             }
             for part in [0.0, 1.0] {
-                self.strokes.push(line(at(tick(part), 42.0), at(tick(part), 50.0), 1.0));
+                self.strokes.push(line(at(tick(part), BAR_LINE - 4.0), at(tick(part), BAR_LINE + 4.0), 1.0));
             }
-            self.small("0", at(begin, 38.0), px, 0.5);
-            self.small(&name, at(end, 38.0), px, 0.5);
+            self.small("0", SMALL[0], at(begin, LENGTHS_LINE), px, 0.5);
+            self.small(&name, SMALL[0], at(end, LENGTHS_LINE), px, 0.5);
             if let Some(text) = fraction(scale) {
-                self.small(&text, at(0.5 * (begin + end), 22.0), px, 0.5);
+                self.small(&text, FRACTION, at(0.5 * (begin + end), FRACTION_LINE), px, 0.5);
             }
             left = begin - 0.5 * SMALL[0] * px;
         } else if let Some(text) = fraction(scale) {
-            let long = SMALL[0] * px * Line::new(&text).width();
+            let long = FRACTION * px * Line::small(&text, self.typeface).width();
             // A picture that is too narrow has no fraction.
             if left - long >= right - width {
-                self.small(&text, at(left, 36.0), px, 1.0);
+                self.small(&text, FRACTION, at(left, ARROW_MIDDLE), px, 1.0);
                 left -= long;
             }
         }
@@ -243,7 +300,7 @@ impl Page {
 impl Block {
     /// Returns a block without content.
     pub(crate) fn empty(ink: Color) -> Self {
-        Self { strokes: Vec::new(), areas: Vec::new(), ink, replaced: Vec::new() }
+        Self { strokes: Vec::new(), areas: Vec::new(), ink, replaced: Vec::new(), legend: None }
     }
 
     /// Draws the block into a band of a picture that is `width` pixels wide.
@@ -258,6 +315,7 @@ impl Block {
             }
             let mut covered = vec![0.0; width];
             cover_areas(&self.areas, 0.0, y, &mut covered);
+            covered.iter_mut().filter(|part| **part > 0.0).for_each(|part| *part = part.powf(EDGE_POWER));
             cover(&self.strokes, 0.0, y, &mut covered);
             for (texel, part) in row.iter_mut().zip(&covered).filter(|(_, part)| **part > 0.0) {
                 (0..3).for_each(|k| texel[k] += (ink[k] - texel[k]) * part);
@@ -265,15 +323,24 @@ impl Block {
         }
     }
 
-    /// Returns the strokes as polylines, for vector output. Letters of fonts are hatched.
-    pub(crate) fn polylines(&self) -> Vec<Polyline> {
+    /// Adds the block to the lines and areas of a drawing. For pens, letters of fonts are hatched.
+    pub(crate) fn group(&self, (id, label): (&str, &str), is_for_pens: bool) -> Group {
         let polyline = |stroke: &PenStroke| {
             let half_width_px = 0.5 * stroke.width_px as f32;
             let point = |at: &DVec2| PolylinePoint { px: [at.x as f32, at.y as f32], half_width_px, ink: 1.0 };
             Polyline { points: stroke.points.iter().map(point).collect(), ..Polyline::default() }
         };
-        let hatching: Vec<PenStroke> = self.areas.iter().flat_map(Area::hatching).collect();
-        self.strokes.iter().chain(&hatching).map(polyline).collect()
+        let hatched = || self.areas.iter().flat_map(Area::hatching).collect::<Vec<PenStroke>>();
+        let hatching = if is_for_pens { hatched() } else { Vec::new() };
+        let filled = self.areas.iter().filter(|_| !is_for_pens);
+        Group {
+            id: id.to_owned(),
+            label: label.to_owned(),
+            ink: self.ink,
+            kind: GroupKind::Ink(InkKind::Mark),
+            lines: self.strokes.iter().chain(&hatching).map(polyline).collect(),
+            fills: filled.map(|area| area.curves.clone()).collect(),
+        }
     }
 }
 
@@ -286,7 +353,7 @@ mod tests {
     fn paper(margin_px: f32) -> Paper {
         let plain = crate::style::Style::load("plain").unwrap().paper;
         let bare = Paper { margin_px, border_px: 0.0, foot_px: 0.0, ..plain };
-        Paper { foot_px: foot_px(&bare, 1.0), ..bare }
+        Paper { foot_px: foot_px(&bare, false, 0, 1.0), ..bare }
     }
 
     #[test]
@@ -294,10 +361,19 @@ mod tests {
         let lengths = [0.9, 1.0, 1.9, 4.99, 5.0, 999.0, 25_000.0].map(round_m);
         assert_eq!(lengths, [0.5, 1.0, 1.0, 2.0, 5.0, 500.0, 20_000.0]);
         assert_eq!([length(0.5), length(500.0), length(20_000.0)], ["0.5 m", "500 m", "20 km"]);
-        assert_eq!([grouped(50_000.0), grouped(999.6), grouped(-1234.0)], ["50 000", "1 000", "−1 234"]);
-        let scale = |m_per_px, mm_per_px| fraction(&MapScale { m_per_px, mm_per_px, true_north_rad: Some(0.0) });
-        assert_eq!(scale(5.0, Some(0.1)), Some("1 : 50 000".to_owned()));
-        assert_eq!(scale(4.9876, Some(0.1)), Some("1 : 49 900".to_owned()));
+        assert_eq!(
+            [grouped(50_000.0), grouped(999.6), grouped(-1234.0)],
+            ["50\u{2009}000", "1\u{2009}000", "−1\u{2009}234"]
+        );
+        let scale =
+            |m_per_px, mm_per_px| fraction(&MapScale { m_per_px, mm_per_px, denominator: None, true_north_rad: None });
+        let given = |number| {
+            fraction(&MapScale { m_per_px: 5.0, mm_per_px: None, denominator: Some(number), true_north_rad: None })
+        };
+        assert_eq!(given(63_360.0), Some("1\u{2009}:\u{2009}63\u{2009}360".to_owned()));
+        assert_eq!(given(12.5), Some("1\u{2009}:\u{2009}12.5".to_owned()));
+        assert_eq!(scale(5.0, Some(0.1)), Some("1\u{2009}:\u{2009}50\u{2009}000".to_owned()));
+        assert_eq!(scale(4.9876, Some(0.1)), Some("1\u{2009}:\u{2009}49\u{2009}900".to_owned()));
         assert_eq!(scale(5.0, None), None);
     }
 
@@ -314,8 +390,8 @@ mod tests {
     #[test]
     fn a_scale_bar_has_its_length() {
         for (m_per_px, bar_m) in [(1.0, 100.0), (7.3, 1000.0), (0.011, 2.0), (1300.0, 200_000.0)] {
-            let scale = Some(MapScale { m_per_px, mm_per_px: None, true_north_rad: Some(0.3) });
-            let words = Words { title: "A map".into(), below: "ink".into(), scale };
+            let scale = Some(MapScale { m_per_px, mm_per_px: None, denominator: None, true_north_rad: Some(0.3) });
+            let words = Words { title: "A map".into(), below: "ink".into(), scale, ..Words::default() };
             let found_m = bar_px(&block(&words, [640, 400], &paper(0.0), Color::default(), 1.0)) * m_per_px;
             assert!((found_m / bar_m - 1.0).abs() < 1e-6, "{m_per_px} m: {found_m} m and not {bar_m}");
             // Planted: another scale.
@@ -335,14 +411,23 @@ mod tests {
             let scale = |turn: f64| MapScale {
                 m_per_px: 12.0,
                 mm_per_px: Some(0.1),
+                denominator: None,
                 true_north_rad: (turn < 8.0).then_some(turn * std::f64::consts::FRAC_PI_4),
             };
             for scale in (0..9).map(|turn| Some(scale(f64::from(turn)))).chain([None]) {
-                let words = Words { title: long.into(), below: long.into(), scale };
+                let words = Words { title: long.into(), below: long.into(), scale, ..Words::default() };
                 let paper = paper(margin);
                 let found = block(&words, size, &paper, Color::default(), 1.0);
+                let of_strokes = Paper { typeface: Typeface::Strokes, ..paper.clone() };
+                let found_strokes = block(&words, size, &of_strokes, Color::default(), 1.0);
                 let top = f64::from(size[1]) - f64::from(paper.margin_px + paper.foot_px);
-                for stroke in &found.strokes {
+                for area in &found.areas {
+                    let around = kurbo::Shape::bounding_box(&area.curves);
+                    let [right, bottom] = size.map(f64::from);
+                    assert!(around.x0 >= 0.0 && around.x1 <= right, "{size:?}, margin {margin}: {around:?}");
+                    assert!(around.y0 >= top && around.y1 <= bottom - 1.0, "{size:?}, margin {margin}: {around:?}");
+                }
+                for stroke in found.strokes.iter().chain(&found_strokes.strokes) {
                     let half = 0.5 * stroke.width_px - 1e-6;
                     let holds = |at: &DVec2| {
                         at.y - half >= top
@@ -355,7 +440,7 @@ mod tests {
             }
         }
         // No font has letters for code points that are not assigned.
-        let words = Words { title: "\u{530}".into(), below: "\u{530} \u{378}".into(), scale: None };
+        let words = Words { title: "\u{530}".into(), below: "\u{530} \u{378}".into(), ..Words::default() };
         assert_eq!(block(&words, [640, 400], &paper(0.0), Color::default(), 1.0).replaced, ['\u{378}', '\u{530}']);
     }
 }

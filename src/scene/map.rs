@@ -27,11 +27,16 @@ const NO_HAZE_M: f64 = 1e20;
 
 /// The area that a map shows.
 ///
-/// It is written and parsed as `whole` or `EAST,NORTH,WIDTH` in metres.
+/// It is written and parsed as `whole`, `EAST,NORTH` or `EAST,NORTH,WIDTH` in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MapArea {
     /// The whole world, as large as it fits.
     Whole,
+    /// The land around a point, as wide as follows from the scale of the map.
+    At {
+        /// East and north of the centre in the world's frame, in metres.
+        centre_m: DVec2,
+    },
     /// The land around a point.
     Around {
         /// East and north of the centre in the world's frame, in metres.
@@ -49,18 +54,24 @@ impl FromStr for MapArea {
             return Ok(Self::Whole);
         }
         let wrong = || {
-            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative \
-             first number needs an equals sign, --map=-120,80,5000"
+            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, EAST,NORTH with --map-scale, or nothing for the \
+             whole world; a negative first number needs an equals sign, --map=-120,80,5000"
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
-        let Some(&[east_m, north_m, width_m]) = numbers.as_deref() else { return Err(wrong().to_owned()) };
+        let (east_m, north_m, width_m) = match numbers.as_deref() {
+            Some(&[east_m, north_m]) => (east_m, north_m, None),
+            Some(&[east_m, north_m, width_m]) => (east_m, north_m, Some(width_m)),
+            _ => return Err(wrong().to_owned()),
+        };
         if ![east_m, north_m].iter().all(|place_m| place_m.abs() <= LARGEST_COORDINATE_M) {
             return Err(format!("the map's centre must be within {LARGEST_COORDINATE_M} m of the world's origin"));
         }
+        let centre_m = DVec2::new(east_m, north_m);
+        let Some(width_m) = width_m else { return Ok(Self::At { centre_m }) };
         if !ranges::MAP_WIDTH_M.holds(width_m) {
             return Err(ranges::MAP_WIDTH_M.rule().replacen("it", "the map's width in metres", 1));
         }
-        Ok(Self::Around { centre_m: DVec2::new(east_m, north_m), width_m })
+        Ok(Self::Around { centre_m, width_m })
     }
 }
 
@@ -68,6 +79,7 @@ impl fmt::Display for MapArea {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Whole => f.write_str("whole"),
+            Self::At { centre_m } => write!(f, "{},{}", centre_m.x, centre_m.y),
             Self::Around { centre_m, width_m } => write!(f, "{},{},{width_m}", centre_m.x, centre_m.y),
         }
     }
@@ -90,9 +102,13 @@ impl Map {
         let size = DVec2::new(f64::from(size_px[0]), f64::from(size_px[1]));
         match area {
             MapArea::Around { centre_m, width_m } => Self { centre_m, pixel_m: width_m / size.x, size_px },
-            MapArea::Whole => {
+            MapArea::Whole | MapArea::At { .. } => {
                 let pixel_m = ((high_m - low_m) / (size * (1.0 - 2.0 * FREE_PART))).max_element().max(1e-6);
-                Self { centre_m: 0.5 * (low_m + high_m), pixel_m, size_px }
+                let centre_m = match area {
+                    MapArea::At { centre_m } => centre_m,
+                    _ => 0.5 * (low_m + high_m),
+                };
+                Self { centre_m, pixel_m, size_px }
             }
         }
     }
@@ -103,6 +119,11 @@ impl Map {
         let [width, height] = self.size_px;
         let down_m = 0.5 * self.pixel_m * f64::from(foot_px);
         Self { centre_m: self.centre_m - DVec2::new(0.0, down_m), size_px: [width, height + foot_px], ..self }
+    }
+
+    /// Returns the centre of the part of the map that is above `foot_px` rows at the bottom, in metres.
+    pub(crate) fn centre_above_m(&self, foot_px: u32) -> DVec2 {
+        self.centre_m + DVec2::new(0.0, 0.5 * self.pixel_m * f64::from(foot_px))
     }
 
     /// Returns the map on a picture that is `frame_px` larger on each side.
@@ -180,10 +201,13 @@ mod tests {
     #[test]
     fn areas_are_read_as_they_are_written() {
         let around = MapArea::Around { centre_m: DVec2::new(-120.5, 80.0), width_m: 5000.0 };
-        for area in [MapArea::Whole, around] {
+        let at = MapArea::At { centre_m: DVec2::new(3.5, -80.0) };
+        for area in [MapArea::Whole, at, around] {
             assert_eq!(area.to_string().parse(), Ok(area));
         }
-        for wrong in ["", "1,2", "1,2,3,4", "a,2,3", "1,2,0", "1,2,-3", "NaN,0,1", "0,1e9,1", "0,0,inf", "hill.tif"] {
+        for wrong in
+            ["", "1", "1,2,3,4", "1e99,2", "a,2,3", "1,2,0", "1,2,-3", "NaN,0,1", "0,1e9,1", "0,0,inf", "hill.tif"]
+        {
             assert!(wrong.parse::<MapArea>().is_err(), "{wrong}");
         }
     }

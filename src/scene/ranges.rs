@@ -115,6 +115,8 @@ pub(crate) const MAX_PENS: u64 = 3;
 pub(crate) const AZIMUTH_DEG: NumberRange = NumberRange::Within(-360.0, 360.0);
 /// Width of a map, in metres.
 pub(crate) const MAP_WIDTH_M: NumberRange = NumberRange::Within(1e-3, super::camera::LARGEST_COORDINATE_M);
+/// Denominator of the scale of a map.
+pub(crate) const MAP_SCALE: NumberRange = NumberRange::Within(1.0, 1e10);
 /// Distance on the map from which a place is looked at, in metres.
 pub(crate) const STAND_DISTANCE_M: NumberRange = NumberRange::Within(0.01, 1e7);
 /// Factor on all heights.
@@ -153,6 +155,7 @@ mod tests {
             PENS,
             AZIMUTH_DEG,
             MAP_WIDTH_M,
+            MAP_SCALE,
             STAND_DISTANCE_M,
             EXAGGERATION,
             HAZE_M,

@@ -95,6 +95,10 @@ pub(crate) struct Export {
     pub samples: u32,
     /// Title below the picture; empty for none.
     pub title: String,
+    /// Credits in the title block; empty for none.
+    pub credits: String,
+    /// Whether the title block has a legend.
+    pub has_legend: bool,
     /// Paper of the sheets.
     pub sheets: String,
     /// Overlap of the sheets in millimetres.
@@ -138,6 +142,8 @@ impl Export {
             dpi: 300.0,
             samples,
             title: String::new(),
+            credits: String::new(),
+            has_legend: false,
             sheets: "a4".to_owned(),
             overlap_mm: 10.0,
             pens: 0,

@@ -16,9 +16,18 @@ use crate::style::layers::LayerEdit;
 use crate::style::parameters::ValueKind;
 use crate::style::set::{SetValue, with_values};
 use crate::style::{Layer, Style, names, preset_text};
+use crate::tests::common::full;
 
 fn open(name: &str) -> StyleDocument {
     StyleDocument::open(name).unwrap()
+}
+
+/// Returns the presets that a test of documents opens: in the long tier all of them, otherwise one for each kind of
+/// layers, tones and sections.
+fn presets() -> Vec<&'static str> {
+    const EACH_KIND: [&str; 8] =
+        ["plain", "pen", "hachures", "engraving", "panorama", "tone-lines", "relief", "crosshatch-curvature"];
+    if full() { names() } else { EACH_KIND.to_vec() }
 }
 
 fn kinds(style: &Style) -> Vec<&'static str> {
@@ -35,7 +44,7 @@ fn values(document: &StyleDocument) -> BTreeMap<String, Option<String>> {
 #[test]
 fn values_alone_are_a_command_line_and_other_edits_are_not() {
     let mut random = Random(7);
-    for name in names() {
+    for name in presets() {
         let mut document = open(name);
         assert_eq!(document.set_values(), Some(Vec::new()), "{name}");
         let keys: Vec<Row> = document.sections().iter().flat_map(|section| section.rows.clone()).collect();
@@ -120,7 +129,7 @@ fn a_thousand_random_edits_are_what_the_file_says() {
     let folder = tempfile::tempdir().unwrap();
     let mut random = Random(40);
     let (mut taken, mut refused, mut layered) = (0, 0, 0);
-    for name in names() {
+    for name in presets() {
         let mut document = open(name);
         for step in 0..40 {
             let before = (document.text().to_owned(), document.style().clone());
@@ -177,7 +186,9 @@ fn a_thousand_random_edits_are_what_the_file_says() {
         saved.save().unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), saved.text());
     }
-    assert!(taken > 600 && refused > 20 && layered > 60, "{taken} taken, {refused} refused, {layered} layers");
+    // The fast tier has a quarter of the presets.
+    let [most, some, few] = [600, 60, 20].map(|least| if full() { least } else { least / 4 });
+    assert!(taken > most && refused > few && layered > some, "{taken} taken, {refused} refused, {layered} layers");
 }
 
 /// Checks that only one parameter has changed, and that it has the value.
@@ -202,11 +213,12 @@ fn check_set(document: &StyleDocument, row: &Row, value: &Value, mut before: BTr
 
 #[test]
 fn every_step_is_undone_and_redone() {
-    for name in ["ink", "wash", "crosshatch"] {
+    let (styles, steps) = if full() { (&["ink", "wash", "crosshatch"][..], 130) } else { (&["crosshatch"][..], 60) };
+    for name in styles {
         let mut document = open(name);
         let mut random = Random(7);
         let mut texts = vec![document.text().to_owned()];
-        while texts.len() < 130 {
+        while texts.len() < steps {
             let rows: Vec<Row> = document.sections().iter().flat_map(|section| section.rows.clone()).collect();
             let row = &rows[random.below(rows.len())];
             let value = random.value(row);
@@ -326,7 +338,7 @@ fn layers_are_moved_copied_and_removed() {
 
 #[test]
 fn moved_layers_keep_their_values_in_every_preset() {
-    for name in names() {
+    for name in presets() {
         let mut document = open(name);
         let count = document.style().layers.len();
         let before: Vec<Layer> = document.style().layers.to_vec();

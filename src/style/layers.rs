@@ -16,6 +16,7 @@
 mod cuts;
 mod drainage;
 mod form;
+mod ground;
 pub mod hatching;
 mod height_lines;
 mod ink;
@@ -40,10 +41,14 @@ pub use cuts::{Cuts, PlaneFamily};
 pub use drainage::{Drainage, DrainageLines, DrainageViews};
 pub(crate) use form::key_in_document;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
+#[cfg(test)]
+pub(crate) use ground::GROUND_INK;
+pub use ground::Ground;
 pub(crate) use hatching::Hatching;
 #[cfg(test)]
 pub(crate) use height_lines::HEIGHT_INK;
 pub use height_lines::HeightLines;
+pub(crate) use height_lines::LINES_PER_INDEX;
 pub(crate) use ink::{Channels, Fading, Ink, InkPass, LayerBehaviour, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
@@ -173,6 +178,8 @@ layer_kinds! {
     "cuts" Cuts: lowest_cuts, lowest_cuts_mut, set_cuts, at most 4;
     /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
     "rows" Rows, called "Rows of hachures": rows, rows_mut, set_rows, at most 1;
+    /// Tufts of grass and stones on land near the eye.
+    "ground" Ground, called "Grass and stones": lowest_ground, lowest_ground_mut, set_ground, at most 2;
     /// Streams or ridge lines, which follow from how the land drains.
     "drainage" Drainage, called "Streams and ridges": lowest_drainage, lowest_drainage_mut, set_drainage, at most 2;
     /// Lakes and the sea; without this layer they are drawn as land.

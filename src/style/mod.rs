@@ -38,10 +38,10 @@ pub(crate) use held::StyleFiles;
 use layers::RecipeSource;
 pub(crate) use layers::StyleInk;
 pub use layers::{
-    Cuts, Detector, Drainage, DrainageLines, DrainageViews, Epsilon, HeightLines, Layer, Layers, Lines, PlaneFamily,
-    Rims, Rows, Stereo, Strokes, ToneLight, ToneLines, Water, hatching,
+    Cuts, Detector, Drainage, DrainageLines, DrainageViews, Epsilon, Ground, HeightLines, Layer, Layers, Lines,
+    PlaneFamily, Rims, Rows, Stereo, Strokes, ToneLight, ToneLines, Water, hatching,
 };
-use parameters::{Range, parameters};
+use parameters::{Range, choices, parameters};
 pub use relief::{Relief, ReliefKind};
 pub use sky::{CloudForm, Sky};
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
@@ -145,6 +145,22 @@ parameters! {
         border called "Border colour": Color = Color::default();
         /// Height of additional blank paper at the bottom, next to the margin: room for a title block.
         foot_px called "Title block height": f32 = 0.0 => Range::Within(0.0, 4000.0);
+        /// Letters of the title block and of the frame of a map; a drawing for pens has strokes.
+        typeface: Typeface = Typeface::Strokes;
+    }
+}
+
+choices! {
+    /// The letters of a title block and of the frame of a map.
+    pub enum Typeface {
+        /// Lines of one width, as a pen plotter draws them.
+        Strokes,
+        /// EB Garamond, a serif as in old atlases.
+        Serif,
+        /// Clear Sans, a plain sans serif.
+        Sans,
+        /// Titles in capitals of Old Standard, as engraved on maps of the 19th century; small letters as in serif.
+        Capitals,
     }
 }
 
@@ -277,6 +293,11 @@ impl Style {
         let of_tones = self.tone.uses_light() && self.light.detail < 1.0;
         let of_lines = self.tone_lines().is_some_and(|lines| lines.abstracted > 0.0);
         self.light.form_px > 0.0 && (of_tones || of_lines)
+    }
+
+    /// Returns whether light falls on slopes that are drawn together into planes.
+    pub(crate) fn has_planes(&self) -> bool {
+        self.needs_form() && self.light.planes_px > 0.0
     }
 
     /// Returns whether crests are drawn lighter than hollows.

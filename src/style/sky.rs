@@ -28,6 +28,10 @@ parameters! {
         cloud_form called "Cloud shape": CloudForm = CloudForm::Cumulus;
         /// Fill colour of clouds.
         cloud called "Cloud colour": Color = Color::WHITE;
+        /// Colour of the shaded base of clouds, multiplied by their fill colour.
+        cloud_shade called "Cloud shade colour": Color = Color::WHITE;
+        /// Width of ruled lines that shade the base of clouds, at the distance of the sky's ruled lines; 0 draws none.
+        cloud_rules_px called "Cloud ruled line width": f32 = 0.0 => Range::Within(0.0, 8.0), zero "none";
         /// Height of the graded band at the top of the picture, as a fraction of its height; 0 draws none.
         bokashi called "Top band height": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Height of a graded band on the horizon, as a fraction of the picture's height; 0 draws none.
@@ -36,6 +40,10 @@ parameters! {
         bokashi_color called "Band colour": Color = Color::default();
         /// Angular radius of the disc of the sun or moon; 0 draws none.
         sun_deg called "Sun radius": f32 = 0.0 => Range::Within(0.0, 45.0), zero "none";
+        /// Whether the disc is at the upper left of each picture instead of where light comes from.
+        sun_in_view called "Sun in the picture": bool = false;
+        /// Width of the glow around the disc, over which it loses half of its light; 0 draws none.
+        sun_glow_deg called "Sun glow": f32 = 0.0 => Range::Within(0.0, 45.0), zero "none";
         /// Colour of the disc of the sun or moon.
         sun called "Sun colour": Color = Color::WHITE;
         /// Density of stars: the fraction of possible positions that have one.
@@ -67,7 +75,8 @@ impl Sky {
 
     /// Returns whether the sky has lines: ruled lines, or outlines of clouds or the sun.
     pub(crate) fn has_lines(&self) -> bool {
-        self.rules_px > 0.0 || self.outline_px > 0.0 && (self.clouds > 0.0 || self.sun_deg > 0.0)
+        let has_cloud_lines = self.clouds > 0.0 && self.outline_px.max(self.cloud_rules_px) > 0.0;
+        self.rules_px > 0.0 || has_cloud_lines || self.outline_px > 0.0 && self.sun_deg > 0.0
     }
 
     /// Returns the ink of the lines of the sky, if it has any.
@@ -82,6 +91,14 @@ impl Sky {
             is_main: false,
             trace: Trace::Picture,
         })
+    }
+
+    /// Returns whether the sky has a coloured sun or coloured clouds that no outline surrounds. White ones are gaps in
+    /// its ruled lines, or invisible.
+    pub(crate) fn has_unlined_fills(&self) -> bool {
+        let clouds = [self.cloud, self.cloud_shade].map(|color| (self.clouds, color));
+        let mut fills = clouds.into_iter().chain([(self.sun_deg, self.sun)]);
+        self.outline_px == 0.0 && fills.any(|(amount, color)| amount > 0.0 && color != Color::WHITE)
     }
 
     /// Returns whether the sky has a coloured gradient or a graded band.

@@ -50,6 +50,8 @@ parameters! {
         ramp: Option<Ramp>;
         /// Fraction of a step in which it blends into the next.
         softness called "Softness of steps": f32 = 0.0 => Range::Within(0.0, 1.0);
+        /// Light and dark areas that cover less of the picture are merged into the land around them; 0 keeps all. Needs `steps`.
+        smallest_share called "Smallest mass": f32 = 0.0 => Range::Within(0.0, 0.1), zero "all";
         /// How much trees and models show their own colours; 0 colours them like the land.
         local_color called "Local colour": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Whether tones are spread until the shares of the land in view below are light and dark.
@@ -126,6 +128,8 @@ parameters! {
         slope called "Darkness by slope": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// The land is smoothed to this size before it is lit; 0 lights it unsmoothed.
         form_px called "Smoothing of land": f32 = 0.0 => Range::Within(0.0, 256.0), zero "none";
+        /// Size of the slopes that are drawn together into planes which meet at ridges; 0 draws none. Needs `form_px`.
+        planes_px called "Size of planes": f32 = 0.0 => Range::Within(0.0, 512.0), zero "none";
         /// How much of the unsmoothed slopes is mixed into the light on smoothed land.
         detail called "Unsmoothed detail": f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Largest rotation of the light where a ridge runs parallel to it.

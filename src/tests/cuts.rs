@@ -171,7 +171,7 @@ fn lines_stand_at_even_distances() {
         let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
         (mean, (gaps.iter().map(|gap| (gap - mean).powi(2)).sum::<f64>() / gaps.len() as f64).sqrt() / mean)
     };
-    for family in FAMILIES {
+    for family in FAMILIES.into_iter().skip(if common::full() { 0 } else { 2 }) {
         let [ink, ..] = inks(&mut world, &style(&[family], 0.3), MAP);
         let traced = lines(&picture(&ink));
         let gaps = gaps_px(&traced, 0.3);
@@ -208,8 +208,9 @@ fn worst(inks: &[Vec<f32>; 3], asked: f64) -> f64 {
 fn lines_are_as_dark_as_they_should_be() {
     let Some(mut world) = world(height_m) else { return };
     let crossed: &[Family] = &[(0.0, 0.0, 0.0), (70.0, 45.0, 0.3)];
-    for families in [&FAMILIES[..1], &FAMILIES[2..], crossed] {
-        for asked in [0.15, 0.3, 0.5, 0.7] {
+    let (most, tones): (usize, &[f64]) = if common::full() { (3, &[0.15, 0.3, 0.5, 0.7]) } else { (2, &[0.5]) };
+    for families in [crossed, &FAMILIES[..1], &FAMILIES[2..]].into_iter().take(most) {
+        for &asked in tones {
             let missed = worst(&inks(&mut world, &style(families, asked), MAP), asked);
             println!("{families:?}, {asked}: largest difference of a window {missed:.4}");
             assert!(missed < 0.03, "{families:?}: a window differs from the darkness {asked} by {missed}");

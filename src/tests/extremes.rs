@@ -77,7 +77,7 @@ fn wild_m(spacing_m: f64) -> impl Fn(f64, f64) -> f64 {
 
 #[test]
 fn every_camera_lens_and_spacing_gives_a_picture() {
-    let mut seen = 0;
+    let (mut cases, mut drawn, mut seen) = (0, 0, 0);
     let (spacings_m, sizes_px) = ([0.001, 10_000.0, 30.0, 1.0], [[1, 1], [96, 54], [3, 200]]);
     let (max_spacings, max_sizes) = if common::full() { (4, 3) } else { (3, 2) };
     for spacing_m in spacings_m.into_iter().take(max_spacings) {
@@ -89,6 +89,12 @@ fn every_camera_lens_and_spacing_gives_a_picture() {
                 let view = format!("{},{},{z},{},{pitch},{fov}", 31.3 * spacing_m, -17.1 * spacing_m, 67 * i);
                 let pose = world.pose(&view);
                 for size_px in sizes_px.into_iter().take(max_sizes) {
+                    cases += 1;
+                    // The fast tier draws every seventh, which have all heights, lenses and sizes.
+                    if !common::full() && cases % 7 != 1 {
+                        continue;
+                    }
+                    drawn += 1;
                     let shot = shoot(&mut world, &mut renderer, pose, size_px);
                     match is_sound(&shot) {
                         Ok(ground) => seen += usize::from(ground > 0),
@@ -102,8 +108,8 @@ fn every_camera_lens_and_spacing_gives_a_picture() {
             }
         }
     }
-    println!("{seen} pictures show ground");
-    assert!(seen > 5 * max_spacings * max_sizes, "only {seen} pictures show ground");
+    println!("{seen} of {drawn} pictures show ground");
+    assert!(24 * seen > 5 * drawn, "only {seen} of {drawn} pictures show ground");
 }
 
 /// Returns land that repeats every 400 samples, so that positions 1e7 m apart have the same surroundings, and whose
@@ -125,7 +131,8 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
     let mut worst_px = 0.0_f64;
     let mut planted_px = 0.0_f64;
     // A slow path whose steps of a hundredth of a pixel would reveal jitter.
-    for step in 0..12 {
+    let steps = if common::full() { 12 } else { 3 };
+    for step in 0..steps {
         let (x_m, y_m, yaw) =
             (137.25 * f64::from(step), 80_000.0 + 93.5 * f64::from(step), 5.0 + 0.01 * f64::from(step));
         let view = |east_m: f64| format!("{:.6},{y_m},9000,{yaw},-8,55", x_m + east_m);
@@ -193,7 +200,8 @@ fn relief_on_a_bent_earth_keeps_its_error() {
     let options = TerrainOptions { inverse_radius, ..TerrainOptions::default() };
     world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
     let mut renderer = None;
-    for view in ["-20000,-60000,+500,10,-3,50", "3000,-2000,+40,200,-8,70", "0,-90000,60000,0,-35,60"] {
+    let views = ["-20000,-60000,+500,10,-3,50", "3000,-2000,+40,200,-8,70", "0,-90000,60000,0,-35,60"];
+    for view in views.into_iter().take(if common::full() { 3 } else { 1 }) {
         let pose = world.pose(view);
         let shot = shoot(&mut world, &mut renderer, pose, [240, 135]);
         let earth_curvature = world.surfaces.terrain.earth_curvature(pose.position_m.z);

@@ -5,11 +5,10 @@
 
 use crate::tests::common;
 
-use common::draw::{draw, halves, north_west, places_m, still};
-use common::{World, grid_of, rough_height_m};
-use hachure::file::exr::Samples;
+use common::draw::{draw, halves, north_west, places_m, still, tones_in_parts};
+use common::{World, full, grid_of, rough_height_m};
 use hachure::frame::{Light, Renderer};
-use hachure::picture::{self, PartRule, PictureRequest, aov};
+use hachure::picture::{PartRule, PictureRequest};
 use hachure::scene::tone_curve::ToneCurve;
 use hachure::scene::view::{Rig, View};
 use hachure::style::Style;
@@ -185,18 +184,8 @@ fn parts_have_one_curve() {
     let Some(mut world) = land(1.0) else { return };
     let mut picture = |parts: &PartRule, white: f64| {
         let style = grey(&format!("fit = true\nwhite_share = {white}"), "");
-        let planes = aov::planes("tone", &style).unwrap();
         let still = PictureRequest::still(world.pose(VIEW), SIZE_PX, &style, light());
-        let request = PictureRequest { planes: &planes, ..still };
-        let mut tones: Vec<f32> = Vec::new();
-        let take = |band: picture::Band| {
-            if let Samples::F32(values) = &band.planes[0] {
-                tones.extend(values);
-            }
-            Ok::<_, std::convert::Infallible>(())
-        };
-        picture::render_in_parts(&world.gpu, &mut None, &mut world.surfaces, &request, parts, take).unwrap();
-        tones
+        tones_in_parts(&mut world, still, parts)
     };
     let whole = picture(&PartRule { whole_px: u64::MAX, part_px: 2048, margin_px: 12 }, 0.25);
     let difference = |tone: &[f32]| {
@@ -219,14 +208,18 @@ fn a_fast_flight_changes_tones_slowly() {
         |x_m: f64, y_m: f64| if x_m < 0.0 { rough_height_m(x_m, y_m) } else { 0.05 * rough_height_m(x_m, y_m) };
     let Some(mut world) = World::new(grid_of(513, 513, 60.0, height_m), 1.0) else { return };
     let style = grey("fit = true", "");
+    // In the fast tier frames are so far apart in time that only the bound of each frame holds the curve back.
+    let (size_px, step_s, frames) =
+        if full() { ([160, 100], 1.0 / 30.0, [150_u32; 2]) } else { ([80, 50], 0.4, [110, 10]) };
     let mut flight = |forgets: bool| {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_step_s(step_s);
         let (mut curves, mut previous) = (Vec::<ToneCurve>::new(), None);
-        for frame in 0..150 {
+        for frame in 0..frames[usize::from(forgets)] {
             // It turns by 15 degrees a frame, from the west to the east, and rests.
             let yaw_deg = -60.0 + 15.0 * f64::from(frame.min(8));
             let pose = world.pose(&format!("0,-1000,+2500,{yaw_deg},-14,55"));
-            let view = View::whole(previous.unwrap_or(pose), pose, [160, 100]);
+            let view = View::whole(previous.unwrap_or(pose), pose, size_px);
             if forgets {
                 renderer.forget();
             }

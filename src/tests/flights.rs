@@ -318,7 +318,7 @@ fn the_continent_streams_at_every_size_and_memory() {
     if !full() {
         return;
     }
-    let cache = common::between_runs("continent");
+    let cache = common::between_runs("built-in-land");
     let store: Arc<dyn TileStore> = Arc::new(ContinentStore::open(1, 327_680, 10.0, Some(&cache), &Silent).unwrap());
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
     let variable = |name| std::env::var(name).ok();

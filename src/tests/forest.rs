@@ -52,6 +52,11 @@ fn places(trees_per_ha: f64) -> Vec<DVec2> {
     points(4, trees_per_ha).into_iter().map(|(at_m, _)| at_m.truncate()).filter(|at_m| within(*at_m)).collect()
 }
 
+/// Returns the density of a forest whose trees are only counted.
+fn trees_per_ha() -> f64 {
+    if common::full() { 20.0 } else { 5.0 }
+}
+
 /// Returns how many points have no tree within a centimetre, and how many trees have no point.
 fn unmatched(places: &[DVec2], trees: &[DVec3]) -> [usize; 2] {
     let near = |a: DVec2, b: DVec2| a.distance(b) < 0.01;
@@ -64,7 +69,7 @@ fn unmatched(places: &[DVec2], trees: &[DVec3]) -> [usize; 2] {
 fn every_point_has_its_tree_and_no_tree_is_elsewhere() {
     let (hill, grid) = Hill::square(321, 10.0);
     let Some(mut world) = World::new(grid, 0.02) else { return };
-    for trees_per_ha in [50.0, 10.0] {
+    for trees_per_ha in [50.0, 10.0].into_iter().skip(usize::from(!common::full())) {
         let all = seen(&mut world, &tall(trees_per_ha), ABOVE);
         let trees: Vec<DVec3> = all.values().map(|tree| tree.0).filter(|at_m| within(at_m.truncate())).collect();
         let places = places(trees_per_ha);
@@ -85,7 +90,8 @@ fn every_point_has_its_tree_and_no_tree_is_elsewhere() {
 #[test]
 fn trees_are_the_same_for_whoever_looks() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.02) else { return };
-    let forest = Forest { tree_line_m: 120.0, raggedness_m: 60.0, steepest_deg: 16.0, ..tall(20.0) };
+    let trees_per_ha = trees_per_ha();
+    let forest = Forest { tree_line_m: 120.0, raggedness_m: 60.0, steepest_deg: 16.0, ..tall(trees_per_ha) };
     let [above, aside] = [ABOVE, "400,-1400,900,340,-35,70"].map(|camera| seen(&mut world, &forest, camera));
     let mut shared = 0;
     // Positions may be rounded to different centimetres, so trees are matched by id; few ids are shared by two trees.
@@ -94,7 +100,7 @@ fn trees_are_the_same_for_whoever_looks() {
     for (at_m, height_m, id) in above.values() {
         let Some((other_m, other_height_m)) = by_id.get(id) else { continue };
         let is_same = at_m.truncate().distance(other_m.truncate()) < 0.01;
-        shared += usize::from(is_same);
+        shared += u32::from(is_same);
         // The foot of the tree is on the land as drawn, which depends on the camera.
         assert!(
             !is_same || (at_m.z - other_m.z).abs() < 0.3 && height_m == other_height_m,
@@ -102,7 +108,7 @@ fn trees_are_the_same_for_whoever_looks() {
         );
     }
     println!("{} from above, {} from the side, {shared} from both", above.len(), aside.len());
-    assert!(shared > 500);
+    assert!(f64::from(shared) > 25.0 * trees_per_ha);
     // Where both cameras see all of the land, they see the same trees.
     let near = |trees: &Trees| {
         let inner = |at_m: DVec3| at_m.truncate().distance(DVec2::new(0.0, -650.0)) < 250.0;
@@ -110,7 +116,7 @@ fn trees_are_the_same_for_whoever_looks() {
         ids.sort_unstable();
         ids
     };
-    assert!(near(&above).len() > 100);
+    assert!(near(&above).len() as f64 > 5.0 * trees_per_ha);
     let [near_above, near_aside] = [&above, &aside].map(near);
     let only = |a: &[u32], b: &[u32]| a.iter().filter(|id| !b.contains(id)).count();
     println!(
@@ -134,9 +140,10 @@ fn no_tree_stands_where_the_land_is_against_it() {
         };
         along(1.0, 0.0).hypot(along(0.0, 1.0)).atan().to_degrees()
     };
-    let low = Forest { tree_line_m: 100.0, raggedness_m: 30.0, ..tall(20.0) };
-    let flat = Forest { steepest_deg: 10.0, ..tall(20.0) };
-    let [everywhere, low, flat] = [&tall(20.0), &low, &flat].map(|forest| seen(&mut world, forest, ABOVE));
+    let everywhere = tall(trees_per_ha());
+    let low = Forest { tree_line_m: 100.0, raggedness_m: 30.0, ..everywhere.clone() };
+    let flat = Forest { steepest_deg: 10.0, ..everywhere.clone() };
+    let [everywhere, low, flat] = [&everywhere, &low, &flat].map(|forest| seen(&mut world, forest, ABOVE));
     let count =
         |trees: &Trees, is_wrong: &dyn Fn(DVec3) -> bool| trees.values().filter(|tree| is_wrong(tree.0)).count();
     // The land is evaluated at the scale of 30 m, so the limits have a margin.
@@ -160,8 +167,10 @@ fn no_tree_stands_in_a_lake() {
         if beyond_m < 0.0 { 40.0 } else { 40.0 + 0.04 * beyond_m + 2.0 * (0.01 * x).sin() * (0.02 * beyond_m).tanh() }
     };
     let Some(mut world) = World::new(grid_of(321, 321, 10.0, land_m), 0.02) else { return };
-    let wet = Forest { level_is_water: true, ..tall(20.0) };
-    let [with_lake, everywhere] = [&wet, &tall(20.0)].map(|forest| seen(&mut world, forest, ABOVE));
+    // In the fast tier trees are so small in the picture that they are drawn as impostors.
+    let all = of(Form::Conifer, 20.0, if common::full() { 600.0 } else { 250.0 });
+    let wet = Forest { level_is_water: true, ..all.clone() };
+    let [with_lake, everywhere] = [&wet, &all].map(|forest| seen(&mut world, forest, ABOVE));
     let inside =
         |trees: &Trees, radius_m: f64| trees.values().filter(|tree| tree.0.truncate().length() < radius_m).count();
     let ashore = |trees: &Trees| trees.values().filter(|tree| tree.0.truncate().length() > shore_m + 25.0).count();
@@ -181,7 +190,7 @@ fn no_tree_stands_in_a_lake() {
     assert!(inside(&everywhere, shore_m - 20.0) > 200);
     // Land that rises only slightly is not water.
     let Some(mut meadow) = World::new(grid_of(321, 321, 10.0, |x, y| 0.002 * x + 0.001 * y), 0.02) else { return };
-    let [wet, all] = [&wet, &tall(20.0)].map(|forest| seen(&mut meadow, forest, ABOVE).len());
+    let [wet, all] = [&wet, &all].map(|forest| seen(&mut meadow, forest, ABOVE).len());
     assert_eq!(wet, all);
 }
 
@@ -196,12 +205,13 @@ fn holes_have_no_trees() {
         }
     }
     let Some(mut world) = World::new(grid, 0.02) else { return };
-    let trees = seen(&mut world, &tall(20.0), ABOVE);
+    let trees_per_ha = trees_per_ha();
+    let trees = seen(&mut world, &tall(trees_per_ha), ABOVE);
     let inside = |at_m: DVec2| at_m.cmpgt(DVec2::new(-100.0, -90.0)).all() && at_m.cmplt(DVec2::new(90.0, 100.0)).all();
     let wrong = trees.values().filter(|tree| inside(tree.0.truncate())).count();
-    let expected = places(20.0).into_iter().filter(|at_m| inside(*at_m)).count();
+    let expected = places(trees_per_ha).into_iter().filter(|at_m| inside(*at_m)).count();
     println!("{wrong} trees in a hole that has {expected} points");
-    assert!(wrong == 0 && expected > 50);
+    assert!(wrong == 0 && expected as f64 > 2.5 * trees_per_ha);
 }
 
 /// Tests rasters: a class of land cover has its own density and species, and a canopy raster gives heights.
@@ -218,13 +228,13 @@ fn rasters_say_what_grows() {
     let cover = Cover { low_m: [-600.0, -400.0], high_m: [600.0, 400.0], size: [3, 2], texels };
     forest.cover.canopy_height = Some(Path::new("canopy.tif").to_owned());
     world.surfaces.set_forest_cover(Some(Arc::new(cover)));
-    let forest_of = |world: &mut World| {
+    let forest_of = |world: &mut World, size_px: [u32; 2]| {
         world.surfaces.set_forest(Some(forest.clone()));
         world.surfaces.set_tree_detail(4.0);
         let pose = world.pose(ABOVE);
-        drawn_trees(world, &mut Renderer::new(&world.gpu).unwrap(), pose, SIZE_PX)
+        drawn_trees(world, &mut Renderer::new(&world.gpu).unwrap(), pose, size_px)
     };
-    let trees = forest_of(&mut world);
+    let trees = forest_of(&mut world, SIZE_PX);
     let places = places(20.0);
     let expected = |low_m: f64, density: f64| {
         let is_within = |at_m: &&DVec2| (low_m..low_m + 400.0).contains(&at_m.x) && at_m.y.abs() < 400.0;
@@ -243,7 +253,7 @@ fn rasters_say_what_grows() {
     assert!(within(-200.0).any(|tree| tree.instance.height_m > 300.0));
     // Planted error: without the cover, trees of both species are everywhere.
     world.surfaces.set_forest_cover(None);
-    let everywhere = forest_of(&mut world);
+    let everywhere = forest_of(&mut world, if common::full() { SIZE_PX } else { [64, 36] });
     assert!(everywhere.iter().any(|tree| tree.at_m.x < -200.0) && everywhere.len() > 2 * trees.len());
 }
 

@@ -76,6 +76,12 @@ fn forests_draw_within_the_default_limits() {
     placed().write_2d(file("land.tif"), heights.view()).unwrap();
     let west = Array2::from_shape_fn((SIDE, SIDE), |(_, column)| if column < 16 { 41_u8 } else { 11 });
     placed().write_2d(file("cover.tif"), west.view()).unwrap();
+    // In the fast tier one species and one style: strokes, marks and shadows of trees are in a test of colours.
+    let (species, styles) = if common::full() {
+        ("", &["crosshatch", "wash"][..])
+    } else {
+        ("[[forest.species]]\nform = \"conifer\"\n", &["plain"][..])
+    };
     let drawn = |keys: &str| {
         let text = format!("[world]\ndem = \"land.tif\"\n[wind]\nspeed_m_s = 5\n[forest]\n{keys}");
         std::fs::write(file("scene.toml"), text).unwrap();
@@ -83,7 +89,7 @@ fn forests_draw_within_the_default_limits() {
         let mut world = OpenWorld::open(&gpu, scene.to_str(), TerrainOptions::default()).unwrap();
         let pose = common::pose_of(&"-200,-300,190,20,-12,60".parse().unwrap());
         let mut renderer = Renderer::new(&gpu).unwrap();
-        for style in ["crosshatch", "wash"] {
+        for style in styles {
             let style = Style::load(style).unwrap();
             for _ in 0..2 {
                 draw(&gpu, &mut world.surfaces, &mut renderer, &still(pose, [96, 54]), &style, &NOON);
@@ -93,13 +99,14 @@ fn forests_draw_within_the_default_limits() {
         let ids = read(&gpu, target, [0, 0], target.size_px()).unwrap();
         ids.chunks_exact(4).filter(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]) >= id::FIRST_TREE).count()
     };
-    let by_rules = drawn("trees_per_ha = 300\n");
+    let by_rules = drawn(&format!("trees_per_ha = 300\n{species}"));
     let by_rasters = drawn(
         "trees_per_ha = 300\nland_cover = \"cover.tif\"\n[[forest.classes]]\nclass = 41\ndensity = 0.6\n\
          [[forest.species]]\nform = \"conifer\"\n",
     );
-    let nowhere =
-        drawn("trees_per_ha = 300\nland_cover = \"cover.tif\"\n[[forest.classes]]\nclass = 99\ndensity = 1\n");
+    let nowhere = drawn(&format!(
+        "trees_per_ha = 300\nland_cover = \"cover.tif\"\n[[forest.classes]]\nclass = 99\ndensity = 1\n{species}"
+    ));
     assert!(
         by_rules > by_rasters && by_rasters > 100 && nowhere == 0,
         "pixels of trees by rules {by_rules}, by rasters {by_rasters}, where no class grows {nowhere}"

@@ -54,14 +54,15 @@ impl Bench {
         let mut style = common::all_lines("strokes");
         style.strokes_mut().unwrap().update_every = 1;
         let view = still(world.pose(camera), SIZE_PX);
-        let renderer = Renderer::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_only_strokes(!common::full());
         Some(Self { world, renderer, style, view })
     }
 
-    /// Draws a frame and reads the edges of trees.
-    fn edges(&mut self) -> Vec<Edge> {
+    /// Draws frames and reads the edges of trees.
+    fn edges(&mut self, frames: u32) -> Vec<Edge> {
         let Self { world, renderer, style, view } = self;
-        for _ in 0..2 {
+        for _ in 0..frames {
             draw(&world.gpu, &mut world.surfaces, renderer, view, style, &NOON);
         }
         let vertices: u32 = strokes_left(&world.gpu, renderer, &EDGE_DRAW, 1)[0];
@@ -186,7 +187,8 @@ fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (
 #[test]
 fn edges_are_contours_of_the_meshes_in_order_of_distance() {
     let Some(mut bench) = Bench::new(CAMERA) else { return };
-    let found = bench.edges();
+    let frames = if common::full() { 2 } else { 1 };
+    let found = bench.edges(frames);
     let trees = bench.near_trees();
     let (right, wrong) = compare(&bench, &found, &trees, false);
     println!("{} edges of {} trees; {right} verdicts are right, {wrong} wrong", found.len(), trees.len());
@@ -200,7 +202,7 @@ fn edges_are_contours_of_the_meshes_in_order_of_distance() {
     let (_, wrong) = compare(&bench, &found, &others, false);
     assert!(wrong * 2 > found.len(), "trees in another order have only {wrong} wrong edges");
     // The same list again, in any order of workgroups.
-    let again = bench.edges();
+    let again = bench.edges(frames);
     assert_eq!(bytemuck::cast_slice::<Edge, u8>(&again), bytemuck::cast_slice::<Edge, u8>(&found));
 }
 
@@ -238,7 +240,7 @@ fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
     // Strokes as wide as a line, without tapering, and without the limit on crowded ones.
     let strokes = bench.style.strokes_mut().unwrap();
     (strokes.width_px, strokes.taper_px) = (1.5, 0.0);
-    bench.edges();
+    bench.edges(2);
     let [outline, within] = outline(&bench);
     let target = bench.renderer.target(&INK).unwrap();
     let bytes = read(&bench.world.gpu, target, [0, 0], SIZE_PX).unwrap();

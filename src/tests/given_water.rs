@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use common::draw::{draw, floats, north_west, places_m, still};
-use common::{World, grid_of, quantile};
+use common::{World, full, grid_of, quantile};
 use glam::{DVec2, DVec3};
 use hachure::frame::{Light, Renderer};
 use hachure::scene::{Scene, WaterFiles};
@@ -152,7 +152,8 @@ fn a_round_lake_on_a_slope_has_its_shore() {
     let water = scratch.load("lake.geojson", &lake).unwrap().map(Arc::new);
     let mut world = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), FINEST_PX).unwrap();
     world.surfaces.set_given_water(water);
-    for camera in CAMERAS {
+    // The fast tier leaves out the smaller map.
+    for camera in CAMERAS.into_iter().step_by(if full() { 1 } else { 2 }) {
         let pixels = pixels(&mut world, camera);
         let pixel_m = pixels.iter().map(|pixel| pixel.pixel_m).fold(f64::INFINITY, f64::min);
         let error = shore_px(&pixels, MIDDLE_M, RADIUS_M);

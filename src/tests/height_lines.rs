@@ -4,7 +4,8 @@
 use crate::tests::common;
 
 use common::draw::{NOON, draw, floats, places_m, still};
-use common::{World, grid_of};
+use common::{World, full, grid_of};
+use glam::DVec3;
 use hachure::frame::Renderer;
 use hachure::style::layers::HEIGHT_INK;
 use hachure::style::{HeightLines, Style};
@@ -29,6 +30,19 @@ fn style(change: impl Fn(&mut HeightLines)) -> Style {
     style
 }
 
+/// The kinds of the style's other layers.
+const OTHERS: [&str; 4] = ["drainage", "ground", "strokes", "water"];
+
+/// Returns the same style for a test of the lines. In the fast tier it has no layers of some kinds, and simple tones.
+fn lines(unneeded: &[&str], change: impl Fn(&mut HeightLines)) -> Style {
+    let mut style = style(change);
+    if !full() {
+        style = style.without(unneeded);
+        style.tone = Style::load("plain").unwrap().tone;
+    }
+    style
+}
+
 /// Ink of a pixel, its distance in pixels to the nearest contour line, and the gap between lines there.
 struct Shown {
     ink: f64,
@@ -37,12 +51,18 @@ struct Shown {
     gap_px: f64,
 }
 
-fn shown(world: &mut World, camera: &str, style: &Style, [interval_m, from_m]: [f64; 2]) -> Vec<Shown> {
+/// The ink and the position of each pixel.
+type Drawn = (Vec<[f32; 1]>, Vec<Option<DVec3>>);
+
+fn drawn(world: &mut World, camera: &str, style: &Style, size_px: [u32; 2]) -> Drawn {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &NOON);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, size_px), style, &NOON);
     let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
-    let places = places_m(&world.gpu, &renderer, pose.position_m);
+    (ink, places_m(&world.gpu, &renderer, pose.position_m))
+}
+
+fn shown((ink, places): &Drawn, [interval_m, from_m]: [f64; 2]) -> Vec<Shown> {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let height_at = |x: usize, y: usize| places[y * width + x].map(|place| height_m(place.x, place.y));
     let mut found = Vec::new();
@@ -84,16 +104,17 @@ fn wrong(shown: &[Shown]) -> [f64; 2] {
 #[test]
 fn lines_lie_at_their_heights() {
     let Some(mut world) = world() else { return };
-    let style = style(|lines| lines.interval_m = INTERVAL_M);
+    let style = lines(&OTHERS, |lines| lines.interval_m = INTERVAL_M);
     for camera in VIEWS {
-        let found = shown(&mut world, camera, &style, [f64::from(INTERVAL_M), 0.0]);
+        let drawn = drawn(&mut world, camera, &style, SIZE_PX);
+        let found = shown(&drawn, [f64::from(INTERVAL_M), 0.0]);
         let [astray, missing] = wrong(&found);
         println!("{camera}: {:.2} % astray, {:.2} % missing", 100.0 * astray, 100.0 * missing);
         assert!(astray < 0.01 && missing < 0.01);
         // Planted errors: lines of another interval, and an origin that is off by a quarter of it.
         let interval_m = f64::from(INTERVAL_M);
         for planted in [[1.1 * interval_m, 0.0], [interval_m, 0.25 * interval_m]] {
-            let [astray, missing] = wrong(&shown(&mut world, camera, &style, planted));
+            let [astray, missing] = wrong(&shown(&drawn, planted));
             assert!(astray > 0.3 && missing > 0.3, "{astray} {missing}");
         }
     }
@@ -103,12 +124,12 @@ fn lines_lie_at_their_heights() {
 fn lines_are_as_wide_as_asked() {
     let Some(mut world) = world() else { return };
     for (line_px, index_px) in [(0.7, 1.3), (1.5, 3.0)] {
-        let style = style(|lines| {
+        let style = lines(&OTHERS, |lines| {
             lines.interval_m = INTERVAL_M;
             lines.line_px = line_px;
             lines.index_px = index_px;
         });
-        let found = shown(&mut world, VIEWS[0], &style, [f64::from(INTERVAL_M), 0.0]);
+        let found = shown(&drawn(&mut world, VIEWS[0], &style, SIZE_PX), [f64::from(INTERVAL_M), 0.0]);
         // Over the picture, each pixel covers its part of the gap from one line to the next.
         let width_px = |is_index: bool| {
             let of_line = || found.iter().filter(|own| own.is_index == is_index);
@@ -137,19 +158,16 @@ fn cone_slope_deg(away_m: f64) -> f64 {
 #[test]
 fn steep_land_has_no_lines() {
     let Some(mut world) = World::new(grid_of(513, 513, 25.0, cone_m), 0.2) else { return };
-    let pose = world.pose("0,0,14000,0,-90,40");
     // Returns the mean ink on slopes of each whole degree.
     let ink_by_slope = |world: &mut World, steepest_deg: f32| {
-        let style = style(|lines| {
+        let style = lines(&OTHERS, |lines| {
             // Lines at this interval stay apart on the steepest slope.
             lines.interval_m = 60.0;
             lines.steepest_deg = steepest_deg;
         });
-        let mut renderer = Renderer::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX.map(|side| 2 * side)), &style, &NOON);
-        let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
+        let (ink, places) = drawn(world, "0,0,14000,0,-90,40", &style, SIZE_PX.map(|side| 2 * side));
         let mut sums = [[0.0, 0.0]; 46];
-        for ([ink], place) in ink.iter().zip(places_m(&world.gpu, &renderer, pose.position_m)) {
+        for ([ink], place) in ink.iter().zip(places) {
             let Some(place) = place else { continue };
             let slope_deg = cone_slope_deg(place.x.hypot(place.y));
             sums[slope_deg.round() as usize][0] += f64::from(*ink);
@@ -172,13 +190,14 @@ fn steep_land_has_no_lines() {
         println!("up to {steepest_deg}°: {gentle:.3} of the ink is left below, {steep:.3} above");
         gentle > 0.98 && steep < 0.01
     };
-    for steepest_deg in [25, 34] {
+    for steepest_deg in [25, 34].into_iter().take(if full() { 2 } else { 1 }) {
         let some = ink_by_slope(&mut world, steepest_deg as f32);
         assert!(is_right(&some, steepest_deg));
         // Planted errors: another limit, below and above, and no limit.
-        for planted in [steepest_deg as f32 - 5.0, steepest_deg as f32 + 5.0, 90.0] {
+        for planted in [steepest_deg as f32 - 5.0, steepest_deg as f32 + 5.0] {
             assert!(!is_right(&ink_by_slope(&mut world, planted), steepest_deg), "{planted}");
         }
+        assert!(!is_right(&all, steepest_deg));
     }
 }
 
@@ -206,12 +225,8 @@ const LAKE_M: f64 = 719.5;
 fn lakes_have_no_lines() {
     let land = grid_of(513, 513, 25.0, |x_m, y_m| height_m(x_m, y_m).max(LAKE_M));
     let Some(mut world) = World::new(land, 0.2) else { return };
-    let pose = world.pose(VIEWS[0]);
     let mut ink_on_water = |style: &Style| {
-        let mut renderer = Renderer::new(&world.gpu).unwrap();
-        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, &NOON);
-        let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
-        let places = places_m(&world.gpu, &renderer, pose.position_m);
+        let (ink, places) = drawn(&mut world, VIEWS[0], style, SIZE_PX);
         let on_water = ink.iter().zip(places).filter(|(_, place)| {
             // Beyond the strip in which the surface is still curved.
             place.is_some_and(|place_m| height_m(place_m.x, place_m.y) < LAKE_M - 4.0)
@@ -220,7 +235,7 @@ fn lakes_have_no_lines() {
         assert!(count > 5000);
         sum
     };
-    let with_water = style(|lines| lines.interval_m = INTERVAL_M);
+    let with_water = lines(&OTHERS[..3], |lines| lines.interval_m = INTERVAL_M);
     let without = with_water.clone().without(&["water"]);
     let [found, planted] = [&with_water, &without].map(&mut ink_on_water);
     println!("ink of lines on a lake just below one: {found:.2} px, without a water map {planted:.1} px");

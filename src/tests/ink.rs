@@ -123,7 +123,8 @@ fn costs_stay_in_proportion() {
     let grid = common::grid_of(513, 513, 20.0, common::rough_height_m);
     let Some(mut world) = World::new(grid, 1.0) else { return };
     let styles = ["plain", "lsa", "sobel"].map(|name| Style::load(name).unwrap());
-    let times = quickest_ms(&mut world, &styles, "0,-4500,+400,0,-8,50", [1280, 720]);
+    let size_px = if common::full() { [1280, 720] } else { [640, 360] };
+    let times = quickest_ms(&mut world, &styles, "0,-4500,+400,0,-8,50", size_px);
     let of = |style: usize, pass: &str| times[style].iter().find(|(name, _)| name == pass).unwrap().1;
     let lines = of(1, "lines/lsa") / of(2, "lines/sobel");
     let whole = of(1, FRAME) / of(0, FRAME);

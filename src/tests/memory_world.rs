@@ -20,6 +20,7 @@ use hachure::world::{OpenWorld, WorldError};
 use super::common::draw::{draw, north_west, still};
 use super::common::hill::Hill;
 use super::common::{World, baked, gpu, grid_of, in_memory, rough_height_m};
+use super::helpers::styles::of_outlines;
 
 const SIZE_PX: [u32; 2] = [320, 180];
 
@@ -177,7 +178,7 @@ fn a_store_takes_five_and_a_third_bytes_per_sample() {
 #[test]
 fn a_picture_of_memory_is_that_of_the_file() {
     let grid = grid_of(601, 530, 20.0, rough_height_m);
-    let style = Style::load("lsa").unwrap();
+    let style = of_outlines(Style::load("lsa").unwrap());
     let picture = |world: &mut World| {
         let pose = world.pose("-1500,-4200,+350,20,-8,55");
         let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -67,7 +67,12 @@ fn render_style(world: &mut World, size_px: [u32; 2], style: &Style, parts: &Par
 #[test]
 fn parts_join_without_a_seam() {
     let Some(mut world) = world() else { return };
-    for (size_px, part_px) in [([317, 211], 100), ([320, 180], 64), ([129, 257], 128), ([1, 500], 90)] {
+    let cases: &[([u32; 2], u32)] = if common::full() {
+        &[([317, 211], 100), ([320, 180], 64), ([129, 257], 128), ([1, 500], 90)]
+    } else {
+        &[([159, 105], 80)]
+    };
+    for &(size_px, part_px) in cases {
         let whole = render(&mut world, size_px, &WHOLE);
         let parts = render(&mut world, size_px, &PartRule { whole_px: 0, part_px, margin_px: 12 });
         assert_eq!(whole.report.parts, 1);
@@ -99,7 +104,8 @@ fn marks_join_without_a_seam() {
         ("add", 1.0, "slope", 12.0),
         ("blend", 1.0, "curvature", 48.0),
     ];
-    // In the fast tier without the first case, which the second one includes.
+    // In the fast tier small pictures, and without the first case, which the second one includes.
+    let (size_px, part_px) = if common::full() { ([317, 211], 100) } else { ([127, 95], 64) };
     for (scale, size, direction, form_px) in cases.into_iter().skip(usize::from(!common::full())) {
         let text = format!(
             "name = \"marks\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0.1\n\
@@ -108,15 +114,15 @@ fn marks_join_without_a_seam() {
         let hatched = Style::parse("marks", &text).unwrap();
         let mut style = Style { tone: hatched.tone.clone(), ..ink("footprint") };
         style.set_hatching(hatched.hatching().cloned());
-        let rule = PartRule { whole_px: 0, part_px: 100, margin_px: 12 };
-        let whole = render_style(&mut world, [317, 211], &style, &WHOLE);
-        let parts = render_style(&mut world, [317, 211], &style, &rule);
+        let rule = PartRule { whole_px: 0, part_px, margin_px: 12 };
+        let whole = render_style(&mut world, size_px, &style, &WHOLE);
+        let parts = render_style(&mut world, size_px, &style, &rule);
         assert!(parts.report.parts > 1);
         let found = difference(&whole, &parts);
         println!("{scale}, marks of size {size} by {direction}: {found:?}");
         assert!(found.holds(), "{scale}, marks of size {size}: {found:?}");
         style.hatching_mut().unwrap().balance = false;
-        let bare = difference(&whole, &render_style(&mut world, [317, 211], &style, &rule));
+        let bare = difference(&whole, &render_style(&mut world, size_px, &style, &rule));
         assert!(!bare.holds(), "marks without balance were not detected: {bare:?}");
     }
 }
@@ -124,7 +130,12 @@ fn marks_join_without_a_seam() {
 #[test]
 fn odd_sizes_are_pictures() {
     let Some(mut world) = world() else { return };
-    for size_px in [[1, 1], [3, 2], [1, 500], [500, 1], [7, 9], [255, 257]] {
+    let sizes_px: &[[u32; 2]] = if common::full() {
+        &[[1, 1], [3, 2], [1, 500], [500, 1], [7, 9], [255, 257]]
+    } else {
+        &[[1, 1], [1, 90], [90, 1], [63, 65]]
+    };
+    for &size_px in sizes_px {
         let shot = render(&mut world, size_px, &PartRule::default());
         let pixels = size_px[0] as usize * size_px[1] as usize;
         assert_eq!((shot.picture.len(), shot.depth_m.len(), shot.line.len()), (pixels, pixels, pixels));

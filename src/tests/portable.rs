@@ -54,7 +54,8 @@ fn every_preset_draws_within_the_default_limits() {
     let mut surfaces = Surfaces::from(Terrain::new(&gpu, store, TerrainOptions::default()).unwrap());
     let placed: &Placed = world.surfaces.meshes().unwrap();
     surfaces.set_meshes(placed.clone());
-    let mut names = common::presets();
+    // No other passes bind as many storage buffers as those of strokes.
+    let mut names = if common::full() { common::presets() } else { vec!["plain", "strokes"] };
     names.sort_unstable();
     let mut pictures = Vec::new();
     for name in names {

@@ -2,13 +2,19 @@
 
 use hachure::source::procedural::generate_sized;
 use hachure::source::{HeightGrid, Silent};
+use std::sync::OnceLock;
 use std::time::Instant;
+
+use crate::tests::common::full;
 
 const SIZE: u32 = 384;
 const SPACING_M: f64 = 32.0;
 
-fn world(seed: u32) -> HeightGrid {
-    generate_sized(seed, SIZE, SPACING_M, &Silent)
+/// Returns worlds with their seeds, generated once: three, or one in the fast tier.
+fn worlds() -> &'static [(u32, HeightGrid)] {
+    static WORLDS: OnceLock<Vec<(u32, HeightGrid)>> = OnceLock::new();
+    let seeds = 1..=if full() { 3 } else { 1 };
+    WORLDS.get_or_init(|| seeds.map(|seed| (seed, generate_sized(seed, SIZE, SPACING_M, &Silent))).collect())
 }
 
 fn hash(grid: &HeightGrid) -> u64 {
@@ -19,20 +25,21 @@ fn hash(grid: &HeightGrid) -> u64 {
 
 #[test]
 fn a_seed_gives_the_same_bits_on_any_number_of_threads() {
+    let size = if full() { SIZE } else { 128 };
+    let hash_of = |seed| hash(&generate_sized(seed, size, SPACING_M, &Silent));
     let started = Instant::now();
-    let here = hash(&world(7));
-    println!("{SIZE}² in {:.2} s", started.elapsed().as_secs_f64());
+    let here = hash_of(7);
+    println!("{size}² in {:.2} s", started.elapsed().as_secs_f64());
     for threads in [1, 2] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        assert_eq!(pool.install(|| hash(&world(7))), here, "{threads} threads");
+        assert_eq!(pool.install(|| hash_of(7)), here, "{threads} threads");
     }
-    assert_ne!(hash(&world(8)), here);
+    assert_ne!(hash_of(8), here);
 }
 
 #[test]
 fn heights_and_slopes_are_those_of_mountains() {
-    for seed in [1, 2, 3] {
-        let grid = world(seed);
+    for (seed, grid) in worlds() {
         assert_eq!(grid.heights_m.len(), (grid.width * grid.height) as usize);
         assert!(grid.heights_m.iter().all(|height_m| (250.0..3_300.0).contains(height_m)));
         let lowest = grid.heights_m.iter().copied().fold(f32::INFINITY, f32::min);
@@ -40,7 +47,7 @@ fn heights_and_slopes_are_those_of_mountains() {
         assert!(highest - lowest > 1_000.0, "seed {seed}: {lowest} to {highest} m");
 
         let width = grid.width as usize;
-        let mut slopes: Vec<f32> = inner(&grid)
+        let mut slopes: Vec<f32> = inner(grid)
             .map(|i| {
                 let east = grid.heights_m[i + 1] - grid.heights_m[i - 1];
                 let north = grid.heights_m[i + width] - grid.heights_m[i - width];
@@ -59,14 +66,13 @@ fn heights_and_slopes_are_those_of_mountains() {
 /// as level.
 #[test]
 fn the_land_drains_to_its_border() {
-    for seed in [1, 2, 3] {
-        let grid = world(seed);
+    for (seed, grid) in worlds() {
         let width = grid.width as usize;
         let offsets = [-1, 1, -(width as isize), width as isize].map(|o| (o, 1.0_f32)).into_iter();
         let diagonal = [-1 - width as isize, 1 - width as isize, width as isize - 1, width as isize + 1];
         let around: Vec<_> = offsets.chain(diagonal.map(|o| (o, std::f32::consts::SQRT_2))).collect();
         let mut below: Vec<usize> = (0..grid.heights_m.len()).collect();
-        for index in inner(&grid) {
+        for index in inner(grid) {
             let mut steepest = 1.0e-4;
             for &(offset, distance) in &around {
                 let neighbour = index.wrapping_add_signed(offset);
@@ -79,7 +85,7 @@ fn the_land_drains_to_its_border() {
         }
         let is_inner: Vec<bool> = {
             let mut flags = vec![false; below.len()];
-            inner(&grid).for_each(|index| flags[index] = true);
+            inner(grid).for_each(|index| flags[index] = true);
             flags
         };
         let drained = (0..below.len())

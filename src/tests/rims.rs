@@ -57,7 +57,10 @@ fn above(world: &mut World, camera: &str, style: &Style) -> (Vec<Shown>, f64) {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let view = still(pose, SIZE_PX);
-    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
+    // Rims depend on no other layer.
+    let others: &[&str] = if common::full() { &[] } else { &["strokes", "water"] };
+    let style = style.clone().without(others);
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
     let rim = floats::<2>(&world.gpu, renderer.target(&RIM).unwrap());
     let places = places_m(&world.gpu, &renderer, pose.position_m);
     let shown = rim.iter().zip(&places).filter_map(|([ink, _], place)| {
@@ -247,7 +250,8 @@ fn halves_of_one(gpu: &hachure::gpu::Gpu, target: &hachure::gpu::target::Target)
 fn no_other_line_follows_a_rim() {
     let Some(mut world) = world_with(None) else { return };
     let Some(mut pit) = world_with(Some(-250.0)) else { return };
-    for (name, kind) in [("lsa", &RIMLESS), ("sobel", &RIMLESS), ("roystan", &RIMLESS), ("strokes", &INK)] {
+    let all = [("lsa", &RIMLESS), ("strokes", &INK), ("sobel", &RIMLESS), ("roystan", &RIMLESS)];
+    for (name, kind) in all.into_iter().take(if common::full() { 4 } else { 2 }) {
         let style = style(name, |_| {});
         let [along, inside] = lines_along(&mut world, &style, kind);
         // Planted: the lines before those along rims are removed, or the strokes of a pit that is land.
@@ -280,7 +284,7 @@ fn a_ridge_before_a_hole_keeps_its_line() {
     let (Some(mut whole), Some(mut holed)) = (whole, holed) else { return };
     // From here the near rim is just behind the crest.
     let pose = whole.pose("31,-1000,240,0,-14,50");
-    for name in ["lsa", "sobel"] {
+    for name in ["lsa", "sobel"].into_iter().take(if common::full() { 2 } else { 1 }) {
         let style = Style::load(name).unwrap();
         let seen = |world: &mut World, kind: &TargetKind| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -313,7 +317,7 @@ fn a_ridge_before_a_hole_keeps_its_line() {
 #[test]
 fn land_without_holes_has_no_rim() {
     let Some(mut world) = world_with(Some(0.0)) else { return };
-    for name in ["lsa", "pen"] {
+    for name in ["lsa", "pen"].into_iter().take(if common::full() { 2 } else { 1 }) {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let view = still(world.pose(ALONG), SIZE_PX);
         draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load(name).unwrap(), &NOON);

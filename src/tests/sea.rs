@@ -13,7 +13,7 @@ use crate::scene::forest::Form;
 use crate::style::Style;
 use crate::tests::common::draw::{draw, north_west, still};
 use crate::tests::common::hill::Hill;
-use crate::tests::common::{World, grid_of};
+use crate::tests::common::{World, full, grid_of};
 use crate::tests::helpers::forest::{drawn_trees, of};
 
 const SIZE_PX: [u32; 2] = [128, 72];
@@ -30,7 +30,8 @@ fn feet(world: &mut World, sea_level_m: Option<f64>) -> BTreeSet<[i64; 3]> {
 #[test]
 fn no_tree_grows_in_the_sea() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.02) else { return };
-    world.surfaces.set_forest(Some(Forest { seed: 3, ..of(Form::Conifer, 20.0, 600.0) }));
+    let trees_per_ha = if full() { 20.0 } else { 6.0 };
+    world.surfaces.set_forest(Some(Forest { seed: 3, ..of(Form::Conifer, trees_per_ha, 600.0) }));
     world.surfaces.set_tree_detail(4.0);
     let dry = feet(&mut world, None);
     let level_m = 60.0;
@@ -54,18 +55,19 @@ fn no_tree_grows_in_the_sea() {
 fn a_picture_at_rest_begins_again_when_the_sea_rises() {
     let slope = |x_m: f64, y_m: f64| 0.08 * y_m + 12.0 * (x_m / 300.0).sin();
     let Some(mut world) = World::new(grid_of(129, 129, 15.0, slope), 1.0) else { return };
-    let view = still(world.pose("0,-800,+400,0,-25,60"), SIZE_PX);
+    let size_px = if full() { SIZE_PX } else { [64, 36] };
+    let view = still(world.pose("0,-800,+400,0,-25,60"), size_px);
     let style = Style::load("lsa").unwrap();
-    // Returns the picture at rest.
-    let rest = |world: &mut World, renderer: &mut Renderer| {
+    // Returns the picture at rest, or after this many frames.
+    let rest = |world: &mut World, renderer: &mut Renderer, most: usize| {
         renderer.set_antialias(Antialias::Temporal);
         let mut frames = 0;
-        while frames == 0 || renderer.is_settling() {
+        while frames == 0 || renderer.is_settling() && frames < most {
             draw(&world.gpu, &mut world.surfaces, renderer, &view, &style, &north_west());
             frames += 1;
             assert!(frames < 200, "the picture does not come to rest");
         }
-        (read(&world.gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap(), frames)
+        (read(&world.gpu, renderer.target(&PICTURE).unwrap(), [0, 0], size_px).unwrap(), frames)
     };
     // The mean difference of the halves of two pictures.
     let difference = |a: &[u8], b: &[u8]| {
@@ -74,11 +76,11 @@ fn a_picture_at_rest_begins_again_when_the_sea_rises() {
         pairs.map(|(a, b)| (half(a) - half(b)).abs()).sum::<f64>() / (a.len() / 2) as f64
     };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    let (dry, _) = rest(&mut world, &mut renderer);
+    let (dry, _) = rest(&mut world, &mut renderer, if full() { usize::MAX } else { 16 });
     world.surfaces.set_sea_level(Some(5.0));
-    let (flooded, frames) = rest(&mut world, &mut renderer);
+    let (flooded, frames) = rest(&mut world, &mut renderer, usize::MAX);
     let mut fresh = Renderer::new(&world.gpu).unwrap();
-    let (fresh, _) = rest(&mut world, &mut fresh);
+    let (fresh, _) = rest(&mut world, &mut fresh, usize::MAX);
     let [of_fresh, of_dry] = [&fresh, &dry].map(|other| difference(&flooded, other));
     println!("{frames} frames; {of_fresh:.5} from a fresh picture, {of_dry:.5} from the dry one");
     // 64 samples again, not one more of the old picture.

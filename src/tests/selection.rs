@@ -408,7 +408,8 @@ fn a_skyline_that_is_too_high_is_noticed() {
     println!("{hidden} points omitted behind land, {gaps} omitted in view");
     assert!(hidden > 50 && gaps == 0, "{hidden} hidden, {gaps} gaps");
     assert_eq!(count(Some(0.0)), (hidden, gaps), "land raised by 0 m must be unchanged");
-    for raised_m in [10.0, 20.0, 40.0, 80.0, 160.0] {
+    let raises_m: &[f32] = if common::full() { &[10.0, 20.0, 40.0, 80.0, 160.0] } else { &[80.0] };
+    for &raised_m in raises_m {
         let (hidden, gaps) = count(Some(raised_m));
         println!("raised by {raised_m} m: {hidden} points omitted behind land, {gaps} omitted in view");
         // The bounds are loose, so small raises lose nothing yet.

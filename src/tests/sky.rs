@@ -12,10 +12,10 @@ use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
 use hachure::composite::sky::SKY;
-use hachure::frame::{Light, Renderer};
+use hachure::frame::{Light, Renderer, prepare};
 use hachure::picture::strokes::render_strokes;
 use hachure::picture::{PartRule, PictureRequest};
-use hachure::scene::view::{Pose, View};
+use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::{Sky, Style};
 
 const SIZE_PX: [u32; 2] = [480, 270];
@@ -52,6 +52,23 @@ fn sky_of(world: &mut World, pose: Pose, style: &Style, light: &Light) -> (Vec<[
     (halves(&world.gpu, renderer.target(&SKY).unwrap()), view)
 }
 
+/// Returns the sky that the first of two eyes sees: clouds of several eyes depend on directions alone.
+fn sky_of_two(world: &mut World, pose: Pose, style: &Style) -> (Vec<[f64; 4]>, View) {
+    sky_of_two_in(world, pose, style, &north_west())
+}
+
+/// Returns the sky like [`sky_of_two`], in a light.
+fn sky_of_two_in(world: &mut World, pose: Pose, style: &Style, light: &Light) -> (Vec<[f64; 4]>, View) {
+    let view = still(pose, SIZE_PX);
+    let aside = still(Pose { position_m: pose.position_m + pose.right * 0.06, ..pose }, SIZE_PX);
+    let rig = Rig { eyes: vec![view, aside], ..Rig::mono(view) };
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let prepared = prepare(&world.gpu, &mut world.surfaces, &rig, style, light);
+    renderer.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, style, light).unwrap();
+    world.gpu.check().unwrap();
+    (halves(&world.gpu, renderer.target(&SKY).unwrap()), view)
+}
+
 fn pixels() -> impl Iterator<Item = DVec2> {
     let [width, height] = SIZE_PX;
     (0..height).flat_map(move |y| (0..width).map(move |x| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)))
@@ -65,18 +82,16 @@ fn the_sun_stands_where_the_light_comes_from() {
         let to_sun = toward(azimuth_deg, elevation_deg);
         let style = style(&format!("sun_deg = {radius_deg:?}\nsun = \"#ffffff\"\n"));
         let (sky, view) = sky_of(&mut world, pose, &style, &Light { to_sun, ..north_west() });
-        // The solid angle of the lit pixels, and their middle.
-        let (mut lit, mut middle) = (0.0, DVec3::ZERO);
-        for (at, texel) in pixels().zip(&sky) {
-            let ray = view.ray(at);
-            let solid = texel[0] / (view.focal_px().powi(2) * ray.length().powi(3));
-            lit += solid;
-            middle += ray.normalize() * solid;
+        // The area of the lit pixels, and their middle. The disc is round on the sheet, off its middle too.
+        let (mut lit, mut middle_px) = (0.0, DVec2::ZERO);
+        for (at_px, texel) in pixels().zip(&sky) {
+            lit += texel[0];
+            middle_px += at_px * texel[0];
         }
-        let pixel_rad = 1.0 / view.focal_px();
-        let off_px = |to_sun: DVec3| middle.angle_between(to_sun) / pixel_rad;
-        let radius_px = |lit: f64| (1.0 - lit / TAU).acos() / pixel_rad;
-        let wanted_px = f64::to_radians(radius_deg) / pixel_rad;
+        middle_px /= lit;
+        let off_px = |to_sun: DVec3| middle_px.distance(view.place_px(to_sun).unwrap());
+        let radius_px = |lit: f64| (2.0 * lit / TAU).sqrt();
+        let wanted_px = f64::to_radians(radius_deg) * view.focal_px();
         println!("middle off by {:.3} px, radius {:.3} px of {wanted_px:.3}", off_px(to_sun), radius_px(lit));
         assert!(off_px(to_sun) < 0.1);
         assert!((radius_px(lit) - wanted_px).abs() < 0.1);
@@ -84,6 +99,32 @@ fn the_sun_stands_where_the_light_comes_from() {
         assert!(off_px(toward(azimuth_deg + 1.0, elevation_deg)) > 1.0);
         assert!((radius_px(1.1 * lit) - wanted_px).abs() > 0.1);
     }
+}
+
+#[test]
+fn a_sun_in_view_has_its_place_in_each_picture() {
+    let Some(mut world) = world() else { return };
+    let style = style("sun_deg = 3.0\nsun = \"#ffffff\"\nsun_in_view = true\n");
+    // Light from behind the eye: where the light is, no picture has a disc.
+    let light = |yaw_deg: f64| Light { to_sun: toward(yaw_deg + 180.0, 30.0), ..north_west() };
+    let lit = |sky: &[[f64; 4]]| sky.iter().map(|texel| texel[0]).sum::<f64>();
+    for (yaw_deg, pitch_deg) in [(20.0, 12.0), (75.0, 5.0), (200.0, -3.0)] {
+        let pose = world.pose(&format!("0,0,+50,{yaw_deg},{pitch_deg},50"));
+        let (sky, view) = sky_of(&mut world, pose, &style, &light(yaw_deg));
+        let area = lit(&sky);
+        let middle_px = pixels().zip(&sky).map(|(at_px, texel)| at_px * texel[0]).sum::<DVec2>() / area;
+        let horizon_px = (135.0 + view.focal_px() * f64::to_radians(pitch_deg).tan()).min(270.0);
+        let off_px = |horizon_px: f64| middle_px.distance(DVec2::new(0.2 * 480.0, 0.4 * horizon_px));
+        println!("{yaw_deg}, {pitch_deg}: off by {:.3} px", off_px(horizon_px));
+        assert!(off_px(horizon_px) < 0.1);
+        // Planted: another horizon.
+        assert!(off_px(horizon_px + 5.0) > 1.0);
+        // Two eyes see the disc where the light is: here, behind them.
+        assert_eq!(lit(&sky_of_two_in(&mut world, pose, &style, &light(yaw_deg)).0), 0.0);
+    }
+    // No sky, no sun.
+    let pose = world.pose("0,0,+50,20,-60,50");
+    assert_eq!(lit(&sky_of(&mut world, pose, &style, &light(20.0)).0), 0.0);
 }
 
 /// Returns the ink of a column, from the top down to the horizon.
@@ -188,9 +229,9 @@ fn clouds_and_stars_turn_with_the_world() {
     let kinds = ["clouds = 0.8\n", "clouds = 0.8\ncloud_form = \"streaks\"\n", "stars = 0.8\nstar_px = 4.0\n"];
     for keys in kinds {
         let style = style(keys);
-        let (before, view) = sky_of(&mut world, pose, &style, &north_west());
+        let (before, view) = sky_of_two(&mut world, pose, &style);
         let lit = before.iter().map(|texel| texel[0]).sum::<f64>() / before.len() as f64;
-        let (after, next) = sky_of(&mut world, turned(pose, 7.0), &style, &north_west());
+        let (after, next) = sky_of_two(&mut world, turned(pose, 7.0), &style);
         let with_world = differing(&before, &after, |at| view.place_px(next.ray(at)));
         // Planted: patterns that are fixed to the page.
         let with_sheet = differing(&before, &after, Some);
@@ -201,7 +242,34 @@ fn clouds_and_stars_turn_with_the_world() {
         assert!(with_world < 0.25 * with_sheet);
         // An eye that moves sees the same sky, because it is infinitely far away.
         let aside = Pose { position_m: pose.position_m + DVec3::new(90.0, -40.0, 3.0), ..pose };
-        assert_eq!(sky_of(&mut world, aside, &style, &north_west()).0, before);
+        assert_eq!(sky_of_two(&mut world, aside, &style).0, before);
+    }
+}
+
+#[test]
+fn no_cloud_of_a_picture_is_cut_by_its_frame() {
+    let Some(mut world) = world() else { return };
+    let pose = world.pose(CAMERA);
+    let [width, height] = SIZE_PX.map(|side| side as usize);
+    for form in ["", "cloud_form = \"streaks\"\n"] {
+        let style = style(&format!("clouds = 1.0\n{form}"));
+        // Light at the frame: the first row, and the first and the last column.
+        let at_frame = |sky: &[[f64; 4]]| {
+            let top = (0..width).map(|x| sky[x][0]);
+            let sides = (0..height).flat_map(|y| [sky[y * width][0], sky[y * width + width - 1][0]]);
+            top.chain(sides).sum::<f64>()
+        };
+        let (mut cut, mut lit) = (0.0, 0.0);
+        for turn_deg in [0.0, 20.0, 40.0, 60.0] {
+            let pose = turned(pose, turn_deg);
+            let (sky, _) = sky_of(&mut world, pose, &style, &north_west());
+            assert_eq!(at_frame(&sky), 0.0, "{form:?} {turn_deg}");
+            lit += sky.iter().map(|texel| texel[0]).sum::<f64>();
+            // Planted: clouds that know no frame.
+            cut += at_frame(&sky_of_two(&mut world, pose, &style).0);
+        }
+        println!("{lit:.0} px of clouds in four pictures; {cut:.0} px at the frame if they do not know it");
+        assert!(lit > 4000.0 && cut > 20.0, "{lit} {cut}");
     }
 }
 
@@ -253,7 +321,7 @@ fn a_style_that_asks_for_no_more_has_its_gradient() {
     let pose = world.pose(CAMERA);
     let view = still(pose, SIZE_PX);
     let mut style = style("stars = 0.1\n");
-    let wash = Style::load("wash").unwrap().sky;
+    let wash = Sky { clouds: 0.0, ..Style::load("wash").unwrap().sky };
     let mut passes = |sky: Sky| {
         style.sky = sky;
         let mut renderer = Renderer::new(&world.gpu).unwrap();

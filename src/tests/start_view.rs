@@ -215,7 +215,9 @@ fn the_start_view_frames_the_summit() {
         Known { most_level: 0.2, ..Known::new("scarp", scarp) },
     ];
     let mut wrong = Vec::new();
-    for Known { name, land, place_m, most_level } in lands {
+    // In the fast tier a corner with a hill, and a land with holes.
+    let is_wanted = |known: &Known| full() || ["corner", "radar"].contains(&known.name);
+    for Known { name, land, place_m, most_level } in lands.into_iter().filter(is_wanted) {
         let world = open(&gpu, land);
         let camera = world.start_camera(ASPECT);
         let summit_m = place_m.unwrap_or_else(|| summit_of(land));

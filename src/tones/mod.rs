@@ -7,6 +7,7 @@ pub(crate) mod fit;
 pub(crate) mod fractal_hatching;
 pub(crate) mod hatching;
 pub(crate) mod light;
+pub(crate) mod masses;
 pub(crate) mod plain;
 pub(crate) mod relief;
 pub(crate) mod tonal_art_map;
@@ -14,10 +15,12 @@ pub(crate) mod toon;
 pub(crate) mod water;
 pub(crate) mod watercolor;
 
+use self::light::LightUniform;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Group, Target, TargetKind};
 use crate::scene::Light;
+use crate::scene::focus::FocusUniform;
 use crate::style::{Style, Tone};
 
 /// rgb: linear colour; a: the requested tone, 0 black to 1 white.
@@ -77,8 +80,45 @@ pub(crate) struct Inputs<'a> {
     pub local: Option<Local<'a>>,
     /// The curve that fits the tones to the picture, in a style that does so.
     pub fit: Option<&'a fit::FrameFit>,
+    /// The edited masses of the picture, in a style that edits them.
+    pub masses: Option<&'a masses::Cells>,
     /// The output: colour and requested tone.
     pub tone: &'a Target,
+}
+
+impl Inputs<'_> {
+    /// Returns what passes bind that compute the tone of the light anywhere (`shaders/shared/lit_tone.wgsl`). `water` is a
+    /// picture of the water, if there is any.
+    fn lit_resources(&self, recorder: &mut Recorder<'_>, water: Option<&Target>) -> Vec<Named> {
+        let mut resources = vec![
+            ("view", self.view.clone()),
+            ("light", recorder.uniform("light", &LightUniform::new(self.style, self.light))),
+            ("focus", FocusUniform::on_gpu(recorder, self.light.focus.as_ref())),
+            ("distance_m", self.distance.into()),
+            ("normal", self.normal.into()),
+            ("form_normal", self.form_normal.into()),
+            ("crest_light", self.crest_light.unwrap_or(self.nothing).into()),
+            ("relief_light", self.relief_light.unwrap_or(self.nothing).into()),
+        ];
+        resources.extend(water.map(|water| ("water", water.into())));
+        resources.extend(self.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
+        if let Some(maps) = self.horizon_maps.clone() {
+            resources.push(self.terrain.clone());
+            resources.extend(maps);
+        }
+        resources
+    }
+
+    /// Returns the definitions of the same passes.
+    fn lit_definitions(&self, water: Option<&Target>) -> [(&'static str, bool); 5] {
+        [
+            ("CRESTS", self.crest_light.is_some()),
+            ("RELIEF", self.relief_light.is_some()),
+            ("HORIZON_MAPS", self.horizon_maps.is_some()),
+            ("TREE_SHADOWS", self.tree_shadow.is_some()),
+            ("WATER", water.is_some()),
+        ]
+    }
 }
 
 /// Computes the style's tone of the visible surface.

@@ -46,6 +46,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         relief: if inputs.relief_light.is_some() { 1.0 } else { 0.0 },
         crests: if inputs.crest_light.is_some() { 1.0 } else { 0.0 },
         light_color: inputs.style.drawn_relief().map_or(0.0, |relief| relief.color),
+        mass_cells: inputs.masses.map_or([0, 0], |masses| masses.counts),
         ..ToonUniform::default()
     };
     let mut resources = vec![
@@ -68,8 +69,10 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         ("MARKED_TREES", inputs.mark_surface.is_some()),
         ("TREE_SHADOWS", inputs.tree_shadow.is_some()),
         ("FITTED", inputs.fit.is_some()),
+        ("EDITED", inputs.masses.is_some()),
     ]);
     resources.extend(inputs.fit.into_iter().flat_map(|fit| toon.fit_resources(recorder, &fit.curve)));
+    resources.extend(inputs.masses.map(|masses| ("mass_cells", masses.buffer.binding())));
     resources.extend(inputs.mark_surface.map(|mark_surface| ("mark_surface", mark_surface.into())));
     resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));

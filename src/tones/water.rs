@@ -53,6 +53,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         reach_px: style.reach_px(),
         mirror: style.mirror,
         strokes: u32::from(style.rules || style.lines > 0),
+        deep_px: style.deep_px,
+        deep: style.deep.linear(),
         sky_horizon: inputs.sky.horizon.linear(),
         sky_zenith: inputs.sky.zenith.linear(),
         ..WaterLook::default()

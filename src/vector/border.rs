@@ -26,7 +26,14 @@ pub(crate) fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]
         let line = Polyline { points, is_closed: true, ..Polyline::default() };
         let label = "Border of the picture".to_owned();
         let kind = GroupKind::Ink(InkKind::Mark);
-        groups.push(Group { id: "border".to_owned(), label, ink: paper.border, kind, lines: vec![line] });
+        groups.push(Group {
+            id: "border".to_owned(),
+            label,
+            ink: paper.border,
+            kind,
+            lines: vec![line],
+            fills: Vec::new(),
+        });
     }
 }
 
@@ -122,6 +129,7 @@ mod tests {
             ink: crate::style::Color::default(),
             kind: GroupKind::Ink(InkKind::Mark),
             lines,
+            fills: Vec::new(),
         };
         let paper = Paper { margin_px: 8.0, border_px: 4.0, ..plain() };
         let mut groups =

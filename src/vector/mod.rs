@@ -93,6 +93,8 @@ pub(crate) struct Group {
     pub kind: GroupKind,
     /// The lines, in no particular order.
     pub lines: Vec<Polyline>,
+    /// Areas that are filled with the ink, in pixels. Pens cannot draw them.
+    pub fills: Vec<BezPath>,
 }
 
 /// The kind of the lines of a group.
@@ -166,7 +168,7 @@ pub(crate) fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
             EdgeKind::Valley => ("valleys", "Valleys"),
         };
         let (id, label) = (id.to_owned(), label.to_owned());
-        Group { id, label, ink, kind: GroupKind::Strokes(kind), lines: lines.cloned().collect() }
+        Group { id, label, ink, kind: GroupKind::Strokes(kind), lines: lines.cloned().collect(), fills: Vec::new() }
     };
     EdgeKind::ALL.map(group).into_iter().filter(|group| !group.lines.is_empty()).collect()
 }
@@ -299,7 +301,9 @@ fn layer(
     report: &mut DrawingReport,
 ) -> Option<Layer> {
     let strokes: Vec<&Polyline> = lines.iter().filter(|line| !line.points.is_empty()).collect();
-    if strokes.is_empty() {
+    let fills: Vec<BezPath> =
+        if pen.is_none() { group.fills.iter().map(|fill| settings.sheet.place() * fill).collect() } else { Vec::new() };
+    if strokes.is_empty() && fills.is_empty() {
         return None;
     }
     let given: Vec<Visit> = (0..strokes.len()).map(Visit::as_is).collect();
@@ -330,7 +334,7 @@ fn layer(
     } += count;
     let ink = (group.ink != settings.ink).then(|| group.ink.to_string());
     let (id, label, kind) = (id.to_owned(), label.to_owned(), group.kind.name());
-    Some(Layer { id, label, ink, kind, pen, strokes: drawn })
+    Some(Layer { id, label, ink, kind, pen, strokes: drawn, fills })
 }
 
 /// Makes one layer in one ink of all strokes of an eye; an anaglyph has two such layers.
@@ -342,7 +346,7 @@ pub(crate) fn layer_of_eye(
     let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
     let strokes = layers.into_iter().flat_map(|layer| layer.strokes).collect();
     let (id, label, ink) = (id.to_owned(), label.to_owned(), Some(ink.to_owned()));
-    (Layer { id, label, ink, kind: "stroke", pen: None, strokes }, report)
+    (Layer { id, label, ink, kind: "stroke", pen: None, strokes, fills: Vec::new() }, report)
 }
 
 fn segments(path: &BezPath) -> u64 {

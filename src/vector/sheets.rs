@@ -24,6 +24,8 @@ const TICK_MM: f64 = 2.0;
 const PEN_MM: f64 = 0.2;
 /// Height of letters.
 const LETTER_MM: f64 = 3.0;
+/// Largest distance of the polygons of an area that is cut from its outline, as a part of its size.
+const FLATNESS: f64 = 1e-4;
 /// Least distance between the windows of neighbouring sheets.
 const MIN_STEP_MM: f64 = 10.0;
 
@@ -207,10 +209,59 @@ impl Sheets {
         let clipped = |stroke: &Stroke| Some(Stroke { path: shift * clipped(&stroke.path, window)?, ..stroke.clone() });
         let layer = |layer: &Layer| {
             let strokes = layer.strokes.iter().filter_map(clipped).collect();
-            Layer { strokes, id: layer.id.clone(), label: layer.label.clone(), ink: layer.ink.clone(), ..*layer }
+            let fills = layer.fills.iter().filter_map(|fill| Some(shift * area_within(fill, window)?)).collect();
+            Layer { strokes, fills, id: layer.id.clone(), label: layer.label.clone(), ink: layer.ink.clone(), ..*layer }
         };
-        layers.iter().map(layer).filter(|layer| !layer.strokes.is_empty()).collect()
+        layers.iter().map(layer).filter(|layer| !layer.strokes.is_empty() || !layer.fills.is_empty()).collect()
     }
+}
+
+/// Returns the part of an area within a rectangle (Sutherland and Hodgman 1974); `None` if there is none. An area that is
+/// cut consists of polygons.
+fn area_within(path: &BezPath, window: Rect) -> Option<BezPath> {
+    let around = path.control_box();
+    if around.x0 >= window.x0 && around.x1 <= window.x1 && around.y0 >= window.y0 && around.y1 <= window.y1 {
+        return Some(path.clone());
+    }
+    if around.x0 > window.x1 || around.x1 < window.x0 || around.y0 > window.y1 || around.y1 < window.y0 {
+        return None;
+    }
+    let mut polygons: Vec<Vec<kurbo::Point>> = Vec::new();
+    kurbo::flatten(path, FLATNESS * around.height().max(around.width()), |element| match element {
+        kurbo::PathEl::MoveTo(at) => polygons.push(vec![at]),
+        kurbo::PathEl::LineTo(at) => polygons.last_mut().into_iter().for_each(|polygon| polygon.push(at)),
+        _ => {}
+    });
+    // How far a point is inside of each side of the rectangle.
+    let sides: [fn(kurbo::Point, Rect) -> f64; 4] = [
+        |at, window| at.x - window.x0,
+        |at, window| window.x1 - at.x,
+        |at, window| at.y - window.y0,
+        |at, window| window.y1 - at.y,
+    ];
+    let mut kept = BezPath::new();
+    for mut polygon in polygons {
+        for inside in sides {
+            let mut cut = Vec::new();
+            for (i, to) in polygon.iter().enumerate() {
+                let from = polygon[(i + polygon.len() - 1) % polygon.len()];
+                let [a, b] = [from, *to].map(|at| inside(at, window));
+                if (a >= 0.0) != (b >= 0.0) {
+                    cut.push(from.lerp(*to, a / (a - b)));
+                }
+                if b >= 0.0 {
+                    cut.push(*to);
+                }
+            }
+            polygon = cut;
+        }
+        if polygon.len() > 2 {
+            kept.move_to(polygon[0]);
+            polygon.iter().skip(1).for_each(|at| kept.line_to(*at));
+            kept.close_path();
+        }
+    }
+    (!kept.is_empty()).then_some(kept)
 }
 
 /// Clips a path to a rectangle; `None` if nothing is left.

@@ -258,7 +258,7 @@ mod tests {
     use crate::style::layers::Layer;
     use crate::surface::water::WATER;
     use crate::tests::common::draw::{draw, halves, north_west, still};
-    use crate::tests::common::{World, grid_of, rough_height_m};
+    use crate::tests::common::{World, full, grid_of, rough_height_m};
 
     const SIZE_PX: [u32; 2] = [160, 96];
 
@@ -302,7 +302,11 @@ mod tests {
         let view = still(pose, SIZE_PX);
         let mut kinds = std::collections::BTreeMap::<&str, [u32; 2]>::new();
         let mut planted = [0, 0];
-        for name in ["crosshatch", "ink", "hachures", "tone-lines", "panorama"] {
+        let (names, least, least_kinds) = match full() {
+            true => (&["crosshatch", "ink", "hachures", "tone-lines", "panorama"][..], 100, 5),
+            false => (&["crosshatch", "tone-lines", "lsa"][..], 60, 4),
+        };
+        for name in names {
             let style = Style::load(name).unwrap();
             let picture = lightness(&mut world, &mut renderer, &view, &style);
             let asked: Vec<[u32; 2]> =
@@ -328,8 +332,8 @@ mod tests {
             }
         }
         let [wrong, right] = kinds.values().fold([0, 0], |sum, it| [sum[0] + it[0], sum[1] + it[1]]);
-        assert!(right > 100 && wrong * 50 <= right, "{wrong} of {} are not of the layer: {kinds:?}", wrong + right);
+        assert!(right > least && wrong * 50 <= right, "{wrong} of {} are not of the layer: {kinds:?}", wrong + right);
         assert!(planted[0] > planted[1], "{planted:?}");
-        assert!(kinds.len() >= 5, "{kinds:?}");
+        assert!(kinds.len() >= least_kinds, "{kinds:?}");
     }
 }

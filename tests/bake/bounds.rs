@@ -8,7 +8,8 @@ use crate::{baked, tiles, world};
 #[test]
 fn tile_errors_bound_the_surface() {
     let folder = tempfile::tempdir().unwrap();
-    for (voids, max_error_m) in [(false, 0.0), (true, 0.0), (true, 0.05)] {
+    let cases = [(true, 0.05), (true, 0.0), (false, 0.0)];
+    for (voids, max_error_m) in cases.into_iter().take(if crate::full() { 3 } else { 1 }) {
         let grid = world::rough(1301, 1143, voids);
         let (pyramid, _) = baked(&grid, &folder.path().join("a.tif"), max_error_m, 1);
         let (mut tight, mut planted) = (0, 0);
@@ -30,7 +31,8 @@ fn tile_errors_bound_the_surface() {
 #[test]
 fn mesh_errors_bound_the_triangles() {
     let folder = tempfile::tempdir().unwrap();
-    for (width, height, voids) in [(1301, 1143, false), (1030, 777, true)] {
+    let cases = [(1030, 777, true), (1301, 1143, false)];
+    for (width, height, voids) in cases.into_iter().take(if crate::full() { 2 } else { 1 }) {
         let grid = world::rough(width, height, voids);
         let (pyramid, _) = baked(&grid, &folder.path().join("a.tif"), 0.0, 1);
         let finest = Level::read(&pyramid, 0);
@@ -71,7 +73,7 @@ fn lonely_islands_are_bounded_too() {
             *height = f32::NAN;
         }
     }
-    for max_error_m in [0.0, 0.1] {
+    for max_error_m in [0.0, 0.1].into_iter().take(if crate::full() { 2 } else { 1 }) {
         let (pyramid, _) = baked(&grid, &folder.path().join("a.tif"), max_error_m, 1);
         let (whole, _) = baked(&grid, &folder.path().join("b.tif"), max_error_m, 4);
         for level in 0..pyramid.levels().len() as u32 {

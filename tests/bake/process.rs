@@ -16,14 +16,23 @@ use crate::world;
 /// A folder with a DEM of many small chunks.
 struct Place {
     folder: tempfile::TempDir,
+    /// Number of chunks of 512 × 512 samples.
+    chunks: usize,
 }
 
 impl Place {
+    /// Writes a DEM of 4 × 3 chunks, in the long tier of 5 × 4.
     fn new() -> Self {
-        let place = Self { folder: tempfile::tempdir().unwrap() };
-        let grid = world::rough(2201, 1801, true);
-        let heights = Array2::from_shape_vec((1801, 2201), grid.heights_m).unwrap();
-        let dem = GeoTiffBuilder::new(2201, 1801).epsg(32610).pixel_scale(10.0, 10.0).origin(590_000.0, 5_200_000.0);
+        if crate::full() { Self::of([2201, 1801]) } else { Self::of([1601, 1101]) }
+    }
+
+    fn of([width, height]: [u32; 2]) -> Self {
+        let chunks = width.div_ceil(512) * height.div_ceil(512);
+        let place = Self { folder: tempfile::tempdir().unwrap(), chunks: chunks as usize };
+        let grid = world::rough(width, height, true);
+        let heights = Array2::from_shape_vec((height as usize, width as usize), grid.heights_m).unwrap();
+        let dem = GeoTiffBuilder::new(width, height).epsg(32610).pixel_scale(10.0, 10.0);
+        let dem = dem.origin(590_000.0, 5_200_000.0);
         dem.write_2d(place.path("dem.tif"), heights.view()).unwrap();
         place
     }
@@ -93,7 +102,7 @@ fn killed_at_any_time_it_goes_on() {
     place.done("old.tif", &["--max-error", "1"]);
     let old = place.bytes("old.tif");
     let (mut resumed, mut killed) = (0, 0);
-    let runs: u32 = if crate::full() { 14 } else { 6 };
+    let runs: u32 = if crate::full() { 14 } else { 4 };
     for i in 0..runs {
         fs::copy(place.path("old.tif"), place.path("out.tif")).unwrap();
         fs::copy(sidecar_path(&place.path("old.tif")), sidecar_path(&place.path("out.tif"))).unwrap();
@@ -112,7 +121,7 @@ fn killed_at_any_time_it_goes_on() {
         assert!(place.bytes("out.tif") == new, "a resumed bake differs");
         assert!(!place.path("out.tif.parts").exists());
     }
-    let (min_killed, min_resumed) = if crate::full() { (5, 20) } else { (2, 8) };
+    let (min_killed, min_resumed) = if crate::full() { (5, 20) } else { (1, 3) };
     assert!(killed > min_killed && resumed > min_resumed, "{killed} killed, {resumed} chunks resumed");
     // Outside the work folder, a killed process leaves no partial files.
     let expected = ["dem.tif", "new.tif", "new.tif.tiles", "old.tif", "old.tif.tiles", "out.tif", "out.tif.tiles"];
@@ -133,9 +142,9 @@ fn shards_make_the_same_pyramid() {
         assert_eq!(report["resumed_chunks"], 0);
         chunks += report["chunks"].as_u64().unwrap();
     }
-    assert_eq!(chunks, 5 * 4);
+    assert_eq!(chunks, place.chunks as u64);
     assert!(!place.path("out.tif").exists());
-    assert_eq!(place.parts("out.tif").len(), 20);
+    assert_eq!(place.parts("out.tif").len(), place.chunks);
     // One part is missing and one is damaged: both are baked again.
     let parts = place.parts("out.tif");
     fs::remove_file(&parts[3]).unwrap();
@@ -144,7 +153,7 @@ fn shards_make_the_same_pyramid() {
     bytes[middle] ^= 1;
     fs::write(&parts[7], bytes).unwrap();
     let report = place.done("out.tif", &["--resume"]);
-    assert_eq!(report["resumed_chunks"], 18);
+    assert_eq!(report["resumed_chunks"], place.chunks - 2);
     assert!(place.bytes("out.tif") == place.bytes("whole.tif"));
     assert!(!place.path("out.tif.parts").exists());
 }
@@ -156,7 +165,8 @@ fn parts_of_another_bake_are_refused() {
     let said = place.failed("out.tif", &["--resume", "--max-error", "0.5"]);
     assert!(said.contains("out.tif.parts") && said.contains("another bake"), "{said}");
     assert!(place.failed("out.tif", &["--shard", "2/4", "--max-error", "0.5"]).contains("another bake"));
-    assert_eq!(place.parts("out.tif").len(), 5);
+    let of_shard = place.chunks / 4;
+    assert_eq!(place.parts("out.tif").len(), of_shard);
     // The work folder of another output, and a folder that is not a work folder.
     fs::rename(place.path("out.tif.parts"), place.path("other.tif.parts")).unwrap();
     assert!(place.failed("other.tif", &[]).contains("another pyramid"));
@@ -168,7 +178,7 @@ fn parts_of_another_bake_are_refused() {
     fs::rename(place.path("other.tif.parts"), place.path("out.tif.parts")).unwrap();
     let parts = place.parts("out.tif");
     fs::copy(&parts[0], &parts[1]).unwrap();
-    assert_eq!(place.done("out.tif", &["--resume"])["resumed_chunks"], 4);
+    assert_eq!(place.done("out.tif", &["--resume"])["resumed_chunks"], of_shard - 1);
     // Without --resume, stale parts are replaced.
     place.done("out.tif", &["--shard", "1/4"]);
     assert_eq!(place.done("out.tif", &["--max-error", "0.5"])["resumed_chunks"], 0);
@@ -197,7 +207,8 @@ fn ctrl_c_stops_with_one_line() {
 
 #[test]
 fn two_bakes_to_one_output_do_not_mix() {
-    let place = Place::new();
+    // The first bake must last while others are refused.
+    let place = Place::of([2201, 1801]);
     let first = place.spawn("out.tif", &[]);
     let begun = Instant::now();
     while place.parts("out.tif").is_empty() && begun.elapsed() < Duration::from_secs(60) {

@@ -28,12 +28,19 @@ fn height_m(column: usize, row: usize) -> f32 {
 
 /// Writes the synthetic DEM and returns its path.
 pub(crate) fn dem(place: &Place) -> PathBuf {
+    every_sample(place, 1)
+}
+
+/// Writes every `step`th sample of the synthetic DEM along both axes, and returns its path.
+pub(crate) fn every_sample(place: &Place, step: u32) -> PathBuf {
     let path = place.path("dem.tif");
-    let [width, height] = SIZE;
-    let heights = Array2::from_shape_fn((height as usize, width as usize), |(row, column)| height_m(column, row));
+    let [width, height] = SIZE.map(|side| side.div_ceil(step));
+    let at = |(row, column): (usize, usize)| height_m(column * step as usize, row * step as usize);
+    let heights = Array2::from_shape_fn((height as usize, width as usize), at);
+    let spacing_m = SPACING_M * f64::from(step);
     GeoTiffBuilder::new(width, height)
         .epsg(32632)
-        .pixel_scale(SPACING_M, SPACING_M)
+        .pixel_scale(spacing_m, spacing_m)
         .origin(500_000.0, 5_200_000.0)
         .nodata("-9999")
         .write_2d(&path, heights.view())

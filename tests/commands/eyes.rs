@@ -7,11 +7,16 @@ use hachure::file::png::read_rgba8;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 
-use crate::Place;
 use crate::dem::dem;
+use crate::{Place, full};
 
 const SIZE: [usize; 2] = [96, 54];
 const RENDER: [&str; 5] = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "96x54"];
+
+/// Returns the style of pictures whose style does not matter; the cheaper one has the same colours of paper and ink.
+fn any_style() -> &'static str {
+    if full() { "ink" } else { "lsa" }
+}
 
 fn has_no_gpu() -> bool {
     let none = std::env::var_os("HACHURE_REQUIRE_GPU").is_none() && Gpu::open(&AdapterWish::Best).is_err();
@@ -37,7 +42,7 @@ fn a_pair_is_its_eyes_and_eyes_at_one_place_are_mono() {
     }
     let place = Place::empty();
     dem(&place);
-    for style in ["ink", "strokes"] {
+    for &style in if full() { &["ink", "strokes"][..] } else { &["strokes"] } {
         let of =
             |eyes: &str, more: &[&str]| drawn(&place, "out.png", &[&["--style", style, "--eyes", eyes], more].concat());
         let wide = ["--ipd", "40", "--convergence", "900"];
@@ -55,7 +60,7 @@ fn a_pair_is_its_eyes_and_eyes_at_one_place_are_mono() {
         assert!(left != mono && right != mono, "{style}: an eye of a wide pair equals mono");
         let none = ["--ipd", "0"];
         assert!(
-            of("left", &none) == mono && of("right", &none) == mono,
+            of("left", &none) == mono && (!full() || of("right", &none) == mono),
             "{style}: eyes with a distance of 0 differ from mono"
         );
     }
@@ -68,7 +73,7 @@ fn a_grey_anaglyph_is_grey_and_eyes_may_follow_the_land() {
     }
     let place = Place::empty();
     dem(&place);
-    let of = |eyes: &str| drawn(&place, "out.png", &["--style", "ink", "--eyes", eyes, "--ipd", "40"]);
+    let of = |eyes: &str| drawn(&place, "out.png", &["--style", any_style(), "--eyes", eyes, "--ipd", "40"]);
     let [grey, coloured, left] = ["grey-anaglyph", "anaglyph", "left"].map(of);
     // Red is the left eye's luma; green and blue are both the right eye's.
     let is_grey = |picture: &[u8]| picture.chunks_exact(4).all(|texel| texel[1] == texel[2]);
@@ -80,7 +85,7 @@ fn a_grey_anaglyph_is_grey_and_eyes_may_follow_the_land() {
         "planted error, the left eye in green"
     );
     let ipd_m = |more: &[&str]| {
-        let report = place.json(&[&RENDER[..], &["-o", "out.png", "--json"], more].concat());
+        let report = place.json(&[&RENDER[..], &["-o", "out.png", "--json", "--style", any_style()], more].concat());
         report["ipd_m"].as_f64()
     };
     // 150 m above the ground, looking 12 degrees down with a field of view of 60 degrees, the nearest land is about 200
@@ -107,7 +112,7 @@ fn the_views_of_a_pair_are_its_eyes() {
     let place = Place::empty();
     dem(&place);
     let of = |file: &str, eyes: &str| {
-        let more = ["-o", file, "--aov", "depth,position", "--eyes", eyes, "--ipd", "40"];
+        let more = ["-o", file, "--style", any_style(), "--aov", "depth,position", "--eyes", eyes, "--ipd", "40"];
         place.text(&[&RENDER[..], &more].concat());
         read_exr(&place.path(file)).unwrap()
     };
@@ -158,7 +163,7 @@ fn an_exr_of_a_pair_has_the_camera_of_each_view() {
     dem(&place);
     let more = ["-o", "a.exr", "--aov", "position", "--aov-names", "standard", "--ipd", "40", "--convergence", "700"];
     let read = |eyes: &str| {
-        place.text(&[&RENDER[..], &more, &["--eyes", eyes]].concat());
+        place.text(&[&RENDER[..], &more, &["--style", any_style(), "--eyes", eyes]].concat());
         let found = MetaData::read_from_file(place.path("a.exr"), false).unwrap();
         (read_exr(&place.path("a.exr")).unwrap(), found.headers[0].own_attributes.clone())
     };

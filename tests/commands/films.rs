@@ -5,8 +5,8 @@ use hachure::file::png::{Picture, read_rgba8};
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 
-use crate::Place;
 use crate::dem::{SIZE, SPACING_M, dem};
+use crate::{Place, full};
 
 const PATH: &str = "t,x,y,z,yaw,pitch,fov\n0,-300,-900,+200,0,-10,50\n4,200,-500,+150,30,-14,50\n";
 const RENDER: [&str; 8] = ["render", "dem.tif", "--path", "path.csv", "--fps", "10", "--size", "64x36"];
@@ -54,7 +54,8 @@ fn a_part_of_a_film_has_the_frames_of_the_whole() {
     let part = |warm_up: &str| frame(&place, 34, &[&mean[..], &["--frames", "34..35", "--warm-up", warm_up]].concat());
     assert!(farthest(&whole, &part("32")) <= 2, "{}", farthest(&whole, &part("32")));
     assert!(farthest(&whole, &part("0")) > 8, "planted error, a part without the frames before it");
-    assert!(whole == frame(&place, 34, &[&mean[..], &["--frames", "34..35"]].concat()), "all frames before it");
+    let all = || frame(&place, 34, &[&mean[..], &["--frames", "34..35"]].concat());
+    assert!(!full() || whole == all(), "all frames before it");
 }
 
 #[test]

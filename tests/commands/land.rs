@@ -6,7 +6,7 @@ use hachure::file::png::{Picture, read_rgba8};
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 
-use crate::Place;
+use crate::{Place, full};
 
 const SIZE: [&str; 2] = ["--size", "96x54"];
 
@@ -41,7 +41,7 @@ fn a_sea_and_trees_are_those_of_a_scene_file() {
         return;
     }
     let place = with_valley(Place::empty());
-    let view = ["--style", "ink", "--camera=0,-1150,+160,0,-8,60"];
+    let view = ["--style", if full() { "ink" } else { "lsa" }, "--camera=0,-1150,+160,0,-8,60"];
     place.file("both.toml", "[world]\ndem = \"valley.asc\"\n[forest]\nseed = 3\n[water]\nsea_level_m = 560\n");
     let draw = |name: &str, world: &str, more: &[&str]| drawn(&place, name, &[&[world][..], &view, more].concat());
     let bare = draw("bare.png", "valley.asc", &[]);
@@ -50,20 +50,21 @@ fn a_sea_and_trees_are_those_of_a_scene_file() {
     // Planted: another level, another seed.
     let flooded = draw("b.png", "both.toml", &["--trees", "off"]);
     assert!(draw("b.png", "both.toml", &["--sea-level", "540", "--trees", "off"]) != flooded);
-    assert!(draw("b.png", "both.toml", &["--trees", "4"]) != both);
+    assert!(!full() || draw("b.png", "both.toml", &["--trees", "4"]) != both);
     // Both can be removed.
     assert!(draw("b.png", "both.toml", &["--sea-level", "none", "--trees", "off"]) == bare);
 
-    // A picture records it.
-    assert!(drawn(&place, "again.png", &["--like", "both.png"]) == both);
+    // A picture records it. `tests/window/land.rs` draws such a picture again, too.
+    assert!(!full() || drawn(&place, "again.png", &["--like", "both.png"]) == both);
     let settings = &place.json(&["info", "both.png", "--json"])["settings"];
     assert!(settings["sea_level"] == "560" && settings["trees"] == "3", "{settings}");
     // So does a benchmark.
     place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+300,0,-10,50\n");
     let bench = ["bench", "valley.asc", "--path", "p.csv", "--styles", "plain", "--size", "48x27", "--frames", "1"];
-    let more = ["-o", "r", "--json", "--steadiness-pairs", "0", "--sea-level", "none", "--trees", "7"];
+    let trees = if full() { "7" } else { "off" };
+    let more = ["-o", "r", "--json", "--steadiness-pairs", "0", "--sea-level", "none", "--trees", trees];
     let settings = &place.json(&[&bench[..], &more].concat())["settings"];
-    assert!(settings["sea_level"] == "none" && settings["trees"] == "7" && settings["seed"].is_null(), "{settings}");
+    assert!(settings["sea_level"] == "none" && settings["trees"] == trees && settings["seed"].is_null(), "{settings}");
 
     for wrong in ["--sea-level=9001", "--sea-level=deep", "--trees=some", "--seed=-1"] {
         let error = place.misuse(&["render", "valley.asc", "-o", "x.png", wrong]);
@@ -101,6 +102,6 @@ fn a_seed_is_that_of_a_scene_file() {
     assert!(one != two);
 
     // A picture records it.
-    assert!(drawn(&place, "again.png", &["--like", "seeded.png"]) == two);
+    assert!(!full() || drawn(&place, "again.png", &["--like", "seeded.png"]) == two);
     assert_eq!(place.json(&["info", "seeded.png", "--json"])["settings"]["seed"], 2);
 }

@@ -157,6 +157,11 @@ pub(crate) fn one_line(output: &Output, arguments: &[&str]) -> String {
     line.to_owned()
 }
 
+/// Returns whether the long tier of the tests is wanted (`./check --full`).
+pub(crate) fn full() -> bool {
+    std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full")
+}
+
 /// Returns whether there is a GPU to draw with; a software driver is enough.
 pub(crate) fn has_gpu() -> bool {
     match Gpu::open(&AdapterWish::Best) {

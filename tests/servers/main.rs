@@ -132,7 +132,9 @@ fn whatever_a_server_does() {
     let truth = picture_of(&gpu, Ok(pyramid::store::open_local_cog(&path).unwrap().unwrap())).unwrap();
     assert!(KINDS.len() >= 46 && bytes.len() > 400_000, "{} kinds, {} bytes", KINDS.len(), bytes.len());
     let faults = Mutex::new(Vec::new());
-    for_all(KINDS, 4, |kind, expected| {
+    // In the fast tier some of each group: neighbours in the list do similar things.
+    let kinds: Vec<_> = KINDS.iter().copied().step_by(if common::full() { 1 } else { 3 }).collect();
+    for_all(&kinds, 4, |kind, expected| {
         let second = if matches!(expected, Expected::Error(_)) { HURRY } else { LEISURE };
         let server = Server::start(kind, bytes.clone(), second);
         let start = Instant::now();

@@ -1,6 +1,6 @@
 //! `fly --budget`: a governor lowers the resolution until frames take the time that was asked for.
 
-use crate::display::{Display, can_run, hachure, write_dem};
+use crate::display::{Display, can_run, hachure, is_full, write_dem};
 
 /// What a flight printed.
 struct Flown {
@@ -10,10 +10,10 @@ struct Flown {
     governed: Option<String>,
 }
 
-fn fly(display: &Display, folder: &std::path::Path, budget: &[&str]) -> Flown {
+fn fly(display: &Display, folder: &std::path::Path, frames: u32, budget: &[&str]) -> Flown {
     let mut command = hachure(folder);
-    command.args(["cone.tif", "--style", "wash", "--size", "480x270", "--antialias", "none", "--frames", "60"]);
-    command.args(budget).env("DISPLAY", &display.name).env("XDG_RUNTIME_DIR", folder);
+    command.args(["cone.tif", "--style", "wash", "--size", "480x270", "--antialias", "none"]);
+    command.arg(format!("--frames={frames}")).args(budget).env("DISPLAY", &display.name).env("XDG_RUNTIME_DIR", folder);
     let output = command.output().unwrap();
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}{}", String::from_utf8_lossy(&output.stderr));
@@ -37,7 +37,8 @@ fn a_budget_is_held_by_the_resolution() {
     let folder = folder.path();
     write_dem(&folder.join("cone.tif"));
     let display = Display::open().expect("Xvfb must start");
-    let fly = |budget: &[&str]| fly(&display, folder, budget);
+    let frames = if is_full() { 60 } else { 20 };
+    let fly = |budget: &[&str]| fly(&display, folder, frames, budget);
     // A budget that every frame holds changes nothing.
     let ample = fly(&["--budget", "60000"]);
     let line = ample.governed.unwrap();
@@ -49,7 +50,8 @@ fn a_budget_is_held_by_the_resolution() {
     assert!(tight.width_px < 400 && line.contains("at the end: resolution 0."), "{budget_ms} ms: {line}");
     assert!(tight.p50_ms < 0.8 * ample.p50_ms, "{} ms, and {} ms without", tight.p50_ms, ample.p50_ms);
     // Without a budget there is no governor.
-    assert!(fly(&[]).governed.is_none());
+    let alone = self::fly(&display, folder, if is_full() { frames } else { 2 }, &[]);
+    assert!(alone.governed.is_none());
 }
 
 #[test]

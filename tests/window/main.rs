@@ -213,14 +213,17 @@ fn a_picture_is_drawn_again_bit_for_bit() {
     if !can_run() {
         return;
     }
-    // Strokes and hatching, watercolour, and map colours.
+    // Strokes and hatching, watercolour, and map colours; the fast tier draws the first in a small window.
     let few = ["crosshatch", "wash", "relief"];
     let all = hachure::style::names();
-    for style in if is_full() { &all[..] } else { &few[..] } {
+    let [width, height] = if is_full() { [320, 200] } else { [200, 120] };
+    let size = format!("{width}x{height}");
+    for style in if is_full() { &all[..] } else { &few[..1] } {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         let display = Display::open().expect("Xvfb must start");
-        let (mut program, _) = open_with(&display, folder, &[], &["--style", style]);
+        let arguments: [&str; 6] = ["--style", style, "--antialias", "temporal", "--size", &size];
+        let (mut program, _) = open_with(&display, folder, &[], &arguments);
         let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
         // After a flight, the history of the window is not that of a single picture.
         display.key(&["keydown", "w"]);
@@ -229,10 +232,10 @@ fn a_picture_is_drawn_again_bit_for_bit() {
         std::thread::sleep(Duration::from_millis(1500));
         let path = taken(&display, folder);
         let picture = read_rgba8(&path).unwrap();
-        assert_eq!((picture.width, picture.height), (320, 200));
+        assert_eq!((picture.width, picture.height), (width, height));
         assert!(drawn_again(folder, &path, &[]) == picture, "{style}: {}", printed());
         // Planted errors: another sun, and an edge that is smoothed less. Not all styles depend on the sun.
-        if few.contains(style) {
+        if is_full() && few.contains(style) {
             assert!(drawn_again(folder, &path, &["--sun", "120,30"]) != picture, "{style}: another sun");
         }
         assert!(drawn_again(folder, &path, &["--samples", "8"]) != picture, "{style}: other samples");
@@ -258,11 +261,9 @@ fn the_mouse_navigates_by_the_place_under_the_cursor() {
             display.key(argument);
             std::thread::sleep(Duration::from_millis(250));
         }
-        std::thread::sleep(Duration::from_millis(1200));
-        assert!(take_picture(&display, folder) != start, "{what} changed nothing");
+        until(what, || (take_picture(&display, folder) != start).then_some(()));
         display.key(&["key", "r"]);
-        std::thread::sleep(Duration::from_millis(250));
-        assert!(take_picture(&display, folder) == start, "R did not go back after {what}");
+        until(&format!("R after {what}"), || (take_picture(&display, folder) == start).then_some(()));
     };
     let at = ["mousemove", "--window", &window, "170", "120"];
     let beside = ["mousemove", "--window", &window, "230", "140"];

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use hachure::file::png::read_rgba8;
 
-use crate::display::{Display, can_run, open_with, until};
+use crate::display::{Display, can_run, is_full, open_with, until};
 use crate::drop;
 use crate::person::Person;
 
@@ -27,6 +27,10 @@ fn work_at(frame_ms: u64) {
     // Another DEM is dropped on the window.
     std::fs::copy(folder.join("cone.tif"), folder.join("hill.tif")).unwrap();
     person.find("ComboBox", "Drawn style");
+    if !is_full() {
+        // A coarser picture of the window takes less time.
+        person.keys(&["minus", "minus"]);
+    }
     assert!(drop::file(&display.name, &person.window, &folder.join("hill.tif"), [500, 300]), "{}", printed());
     until("the world", || display.xdotool(&["getwindowname", &person.window]).filter(|name| name.contains("hill")));
 
@@ -48,7 +52,13 @@ fn work_at(frame_ms: u64) {
         std::thread::sleep(Duration::from_millis(60));
     }
     display.key(&["mouseup", "1"]);
-    let after = until("the drag", || Some(density().value).filter(|value| value != "0"));
+    // Slow frames may still show a part of the drag.
+    let mut last = String::new();
+    let after = until("the drag", || {
+        let now = density().value;
+        let rests = now == std::mem::replace(&mut last, now.clone());
+        Some(now).filter(|value| rests && value != "0")
+    });
     person.keys(&["ctrl+z"]);
     until("the undone drag", || (density().value == "0").then_some(()));
     person.keys(&["ctrl+shift+z"]);
@@ -114,7 +124,10 @@ fn a_person_works_at_five_frames_a_second() {
     work_at(200);
 }
 
+/// Is in the long tier, because it waits for a minute. `window::panel::tests` clicks in slow frames, too.
 #[test]
 fn a_person_works_at_one_frame_a_second() {
-    work_at(1000);
+    if is_full() {
+        work_at(1000);
+    }
 }

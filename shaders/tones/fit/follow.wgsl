@@ -16,8 +16,13 @@ struct Follow {
     most_octaves: f32,
     // 1: the curve begins anew.
     begins: u32,
-    pad: u32,
+    // How far the shares may be from those of the style, and at most by half of them, so that few places have the tone
+    // at the border of a step: the border is then where tones change most, on ridges and in gullies. 0: not at all.
+    give: f32,
 }
+
+// Bins on each side of a tone over which counts are averaged.
+const AROUND: u32 = 2u;
 
 @group(0) @binding(0) var<uniform> follow: Follow;
 @group(0) @binding(1) var<storage, read> tone_counts: array<u32>;
@@ -40,9 +45,44 @@ fn quantile(first: u32, part: f32) -> f32 {
     return -1.0;
 }
 
+// Returns the position, in bins, below which about a part of the counts lies: the one with the fewest counts around it, as
+// far as its part is near the one that is asked for.
+fn gap(part: f32) -> f32 {
+    let exact = quantile(0u, part);
+    // There is land on both sides of a gap.
+    let give = min(follow.give, 0.5 * min(part, 1.0 - part));
+    if give <= 0.0 || exact < 0.0 {
+        return exact;
+    }
+    var all = 0.0;
+    for (var bin = 0u; bin < BINS; bin++) {
+        all += f32(tone_counts[bin]);
+    }
+    var best = exact;
+    var least = 1e30;
+    var below = 0.0;
+    for (var bin = AROUND; bin <= BINS - AROUND; bin++) {
+        var around = 0.0;
+        below = 0.0;
+        for (var other = 0u; other < BINS; other++) {
+            let here = f32(tone_counts[other]);
+            below += select(0.0, here, other < bin);
+            around += select(0.0, here, other + AROUND >= bin && other < bin + AROUND);
+        }
+        let off = (below / all - part) / give;
+        // A part that is as far off as allowed is chosen only if no place has its tone.
+        let cost = (around / all + 1e-3) / max(1.0 - off * off, 1e-6);
+        if abs(off) < 1.0 && cost < least {
+            least = cost;
+            best = f32(bin);
+        }
+    }
+    return best;
+}
+
 @compute @workgroup_size(1)
 fn main() {
-    let darkest = quantile(0u, follow.dark_share) / f32(BINS);
+    let darkest = gap(follow.dark_share) / f32(BINS);
     let middle = quantile(BINS, 0.5);
     if darkest < 0.0 || middle < 0.0 {
         // There is no land in view.
@@ -51,7 +91,7 @@ fn main() {
         }
         return;
     }
-    let lightest = quantile(0u, 1.0 - follow.white_share) / f32(BINS);
+    let lightest = gap(1.0 - follow.white_share) / f32(BINS);
     // Where the light hardly varies, the lightest land stays paper.
     let white = max(lightest, follow.least_span);
     let dark = min(darkest, white - follow.least_span);

@@ -26,8 +26,10 @@ use crate::gpu::recorder::Submits;
 use crate::picture::aov::Plane;
 use crate::picture::eyes::{self, joined};
 use crate::picture::imprint::{Imprint, matrices};
+use crate::picture::legend::{self, Legend};
 use crate::picture::nearest::nearest_m;
 use crate::picture::sheets::{EndedSheets, SheetWriter};
+use crate::picture::title::LEGEND_HEIGHT;
 use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
@@ -388,6 +390,9 @@ impl Job<'_> {
         mut take: impl FnMut(Vec<Band>) -> Result<(), FileError>,
     ) -> anyhow::Result<PictureReport> {
         let title = self.title_block(&pose);
+        let mut legend = self.legend().filter(|_| title.as_ref().is_some_and(|title| title.legend.is_some()));
+        let mut planes = self.planes.clone();
+        planes.extend(legend.as_ref().map(Legend::planes).unwrap_or_default());
         let request = PictureRequest {
             pose,
             previous,
@@ -395,7 +400,7 @@ impl Job<'_> {
             size_px: self.args.size(),
             style: &self.style,
             light: self.world.light(),
-            planes: &self.planes,
+            planes: &planes,
             samples: self.args.samples(),
             antialias: self.args.antialias(),
             tone_curve: self.tone_curve,
@@ -411,9 +416,18 @@ impl Job<'_> {
         let shown = self.args.stereo.eyes();
         let [width, height] = self.args.size().map(|side| side as usize);
         let (drawing, mut drawn_rows) = (&self.drawing, 0);
+        let area = legend::drawn_area(&self.style.paper, self.args.size());
         let mut take = |mut bands: Vec<Band>| {
             drawn_rows += bands.first().map_or(0, |band| band.rows);
             drawing.report(f64::from(drawn_rows) / height as f64);
+            // The legend is below the picture, so that it is drawn when all of the picture has been seen.
+            if let (Some(legend), Some(place)) = (&mut legend, title.as_ref().and_then(|title| title.legend)) {
+                bands.iter_mut().for_each(|band| legend.look(band, width, area));
+                let has_foot =
+                    |band: &Band| f64::from(band.first_row + band.rows) > place.at.y - LEGEND_HEIGHT * place.px;
+                let blocks = if bands.iter().any(has_foot) { legend.blocks(&place) } else { Vec::new() };
+                blocks.iter().for_each(|block| bands.iter_mut().for_each(|band| block.draw(band, width)));
+            }
             title.iter().for_each(|title| bands.iter_mut().for_each(|band| title.draw(band, width)));
             take(bands)
         };
@@ -424,6 +438,7 @@ impl Job<'_> {
                 picture::render_pair(gpu, renderer, surfaces, &request, &pair, |bands| take(eyes::shown(shown, bands)))?
             }
         };
+        legend.iter().for_each(|legend| self.warn_of_legend(legend));
         self.whole(report)
     }
 

@@ -72,6 +72,8 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     all.dpi = all.dpi.or(*dpi);
     if !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
         all.title = all.title.or_else(|| more.title.clone());
+        all.legend |= all.title.is_some() && more.legend.unwrap_or(false);
+        all.credits = all.credits.or_else(|| more.credits.clone());
         all.frame |= all.map.is_some() && more.frame.unwrap_or(false);
     }
     all.samples = all.samples.or(more.samples);
@@ -166,6 +168,16 @@ fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyh
         tracing::warn!("--like: the edges of its frames are smoothed by --antialias; a single picture's are not");
     }
     if all.camera.is_none() && all.look.look_at.is_none() {
+        // A map of the command line may have a width. Lines on the earth and pictures without a size on paper have no
+        // scale; they show the area of the imprint.
+        let has_paper = all.paper.is_some() || all.dpi.is_some();
+        let has_width = more.map.as_ref().is_some_and(|area| area.split(',').count() == 3);
+        if all.map.is_none()
+            && (has_paper || !has_width)
+            && !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson))
+        {
+            all.map_scale = all.map_scale.or(more.map_scale);
+        }
         all.map = parsed_or(all.map, more.map.as_deref(), "map")?;
     }
     if all.map.is_none() && all.look.look_at.is_none() {
@@ -231,6 +243,9 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.show.clone_from(&args.show);
     more.tone_curve = args.tone_curve.map(|curve| curve.to_string());
     more.title.clone_from(&args.title);
+    more.credits.clone_from(&args.credits);
+    more.map_scale = args.map_scale;
+    more.legend = args.legend.then_some(true);
     more.frame = args.frame.then_some(true);
     more.map = args.map.map(|map| map.to_string());
     if is_svg {

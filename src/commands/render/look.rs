@@ -29,8 +29,9 @@ pub(super) fn check(args: &RenderArgs) -> Result<(), Misuse> {
         (Some(_), _) if args.map.is_some() => {
             wrong("--look-at", "cannot be combined with --map; use --map --at LAT,LON")
         }
-        (_, Some(_)) if matches!(args.map, Some(MapArea::Around { .. })) => {
-            wrong("--at", "cannot be combined with --map=EAST,NORTH,WIDTH; use --map --at LAT,LON --map-width METRES")
+        (_, Some(_)) if matches!(args.map, Some(MapArea::Around { .. } | MapArea::At { .. })) => {
+            let with = if args.map_scale.is_some() { "--map-scale N" } else { "--map-width METRES" };
+            wrong("--at", &format!("cannot be combined with --map=EAST,NORTH; use --map --at LAT,LON {with}"))
         }
         _ => Ok(()),
     }

@@ -20,6 +20,7 @@ use crate::picture::{self, PictureReport, map_frame};
 use crate::pyramid::TileStore;
 use crate::pyramid::format::geotags;
 use crate::scene::map::{Map, MapArea};
+use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
 use crate::source::WorldMapping;
@@ -46,6 +47,23 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     };
     if args.wgs84 && format != PictureFormat::GeoJson {
         return Err(Misuse(format!("--wgs84: applies only to a .geojson, and the output is {output}")));
+    }
+    match args.map {
+        None if args.map_scale.is_some() => {
+            return Err(Misuse("--map-scale: is the scale of a map; add --map".to_owned()));
+        }
+        Some(area @ MapArea::At { .. }) if args.map_scale.is_none() => {
+            let misuse = match format {
+                PictureFormat::GeoJson => {
+                    format!("--map={area}: the width in metres is missing; write --map={area},WIDTH")
+                }
+                _ => format!(
+                    "--map={area}: a width in metres is missing, or the scale; write --map={area},WIDTH or add --map-scale"
+                ),
+            };
+            return Err(Misuse(misuse));
+        }
+        _ => {}
     }
     if args.map.is_none() {
         if args.frame {
@@ -104,6 +122,63 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
     }
 }
 
+/// Checks that a map with a scale has no width on the command line, from which another scale would follow. `given` are
+/// the arguments without those of the picture of `--like`.
+pub(super) fn check_scale(given: &RenderArgs) -> Result<(), Misuse> {
+    if given.map_scale.is_none() {
+        return Ok(());
+    }
+    if let Some(MapArea::Around { centre_m, width_m }) = given.map {
+        return Err(Misuse(format!(
+            "--map-scale: the width of the map follows from its scale, and --map has a width of {width_m} m; write \
+             --map={},{}",
+            centre_m.x, centre_m.y
+        )));
+    }
+    match given.map_place.map_width {
+        Some(_) => {
+            Err(Misuse("--map-scale: the width of the map follows from its scale; leave out --map-width".into()))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Checks that a map with a scale has a size on paper.
+pub(super) fn check_paper(args: &RenderArgs, mm_per_px: Option<f64>) -> Result<(), Misuse> {
+    if args.map_scale.is_some() && mm_per_px.is_none() { Err(unmeasured(args)) } else { Ok(()) }
+}
+
+fn unmeasured(args: &RenderArgs) -> Misuse {
+    let output = named(&args.output);
+    if args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("geojson")) {
+        return Misuse(format!(
+            "--map-scale: {output} has lines on the earth, without paper; use --map=EAST,NORTH,WIDTH"
+        ));
+    }
+    Misuse(format!("--map-scale: {output} has no size in millimetres; add --paper or --dpi"))
+}
+
+/// Returns the arguments with the area that a map of a given scale (`--map-scale`) shows, around the middle of its area.
+///
+/// # Errors
+/// Fails if the size of a pixel on paper is unknown, or if the map would be too small or too large.
+pub(super) fn at_scale(args: &RenderArgs, world: &OpenWorld, page: &Page) -> Result<Option<RenderArgs>, Misuse> {
+    let (Some(denominator), Some(area)) = (args.map_scale, args.map) else { return Ok(None) };
+    let Some(mm_per_px) = page.mm_per_px else { return Err(unmeasured(args)) };
+    let centre_m = match area {
+        MapArea::At { centre_m } | MapArea::Around { centre_m, .. } => centre_m,
+        MapArea::Whole => world.map_within(area, args.size(), page.edges).0.centre_above_m(page.edges.foot_px),
+    };
+    let columns = args.size()[0].saturating_sub(2 * page.edges.frame_px).max(1);
+    let width_m = denominator * mm_per_px / 1000.0 * f64::from(columns);
+    if !ranges::MAP_WIDTH_M.holds(width_m) {
+        return Err(Misuse(format!(
+            "--map-scale {denominator}: the map would be {width_m:.0} m wide, and a map can be 100000000 m wide"
+        )));
+    }
+    Ok(Some(RenderArgs { map: Some(MapArea::Around { centre_m, width_m }), ..args.clone() }))
+}
+
 /// Returns the arguments with the area of a map that is centred on a place (`--at`), if one is.
 ///
 /// # Errors
@@ -159,8 +234,7 @@ impl PlacedMap {
             let pixel_m = m_per_denominator * map_frame::round_scale(map.pixel_m / m_per_denominator);
             let edges = page.edges;
             let columns = args.size()[0].saturating_sub(2 * edges.frame_px).max(1);
-            // The foot is below the area, whose centre is that of the whole map.
-            let centre_m = map.centre_m + DVec2::new(0.0, 0.5 * map.pixel_m * f64::from(edges.foot_px));
+            let centre_m = map.centre_above_m(edges.foot_px);
             let area = MapArea::Around { centre_m, width_m: pixel_m * f64::from(columns) };
             (map, pose) = world.map_within(area, args.size(), edges);
         }

@@ -61,11 +61,14 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--aov", !args.aov.is_empty()),
         ("--camera", args.camera.is_some()),
         ("--dpi", args.dpi.is_some()),
+        ("--credits", args.credits.is_some()),
         ("--eyes", args.stereo.eyes.is_some()),
         ("--fps", args.fps.is_some()),
         ("--frames", args.frames.is_some()),
         ("--map-frame", args.frame),
+        ("--map-scale", args.map_scale.is_some()),
         ("--landscape", args.landscape),
+        ("--legend", args.legend),
         ("--like", args.like.is_some()),
         ("--look-at", args.look.look_at.is_some()),
         ("--lod-error", args.lod_error.is_some()),
@@ -89,6 +92,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
             "{option}: does not apply to a mesh, and the output is {output}; --map sets the extent of a mesh, \
              --mesh-error its accuracy"
         ))),
+        None if matches!(args.map, Some(MapArea::At { .. })) => {
+            Err(Misuse("--map: a mesh needs the width of its map; add --map=EAST,NORTH,WIDTH".to_owned()))
+        }
         None if args.size.is_some()
             && args.map_place.at.is_none()
             && !matches!(args.map, Some(MapArea::Around { .. })) =>
@@ -177,7 +183,7 @@ fn extent(args: &RenderArgs, projection: &GridProjection) -> Extent {
             let inside = [low_m.max(land_m[0]), high_m.min(land_m[1])];
             if inside[0].cmplt(inside[1]).all() { inside } else { [low_m, high_m] }
         }
-        Some(MapArea::Whole) | None => land_m,
+        Some(MapArea::Whole | MapArea::At { .. }) | None => land_m,
     };
     // The finest distance of samples in the middle of the extent.
     let middle = projection.grid_from_world(0.5 * (corners_m[0] + corners_m[1]));

@@ -1,12 +1,18 @@
 //! `--paper` and `--dpi`: compute the size of a picture in pixels from its size on paper.
 
 use super::RenderArgs;
+use super::map::Page;
 use super::vector::SvgOptions;
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::OutputKind;
+use crate::pyramid::TileStore;
+use crate::scene::map::MapArea;
 use crate::scene::ranges;
+use crate::source::WorldMapping;
+use crate::tiles::grid_projection::GridProjection;
 use crate::vector::sheet;
+use crate::world::map::Edges;
 
 /// Resolution of a raster picture on `--paper` without `--dpi`.
 const SHEET_DPI: f64 = 300.0;
@@ -73,6 +79,43 @@ pub(super) fn mm_per_px(args: &RenderArgs, svg: Option<&SvgOptions>) -> Option<f
         Some(svg) => svg.mm_per_px(),
         None => args.dpi.map(|dpi| MM_PER_INCH / dpi),
     }
+}
+
+/// How much larger the land must be on upright paper than on lying paper.
+const LARGER: f64 = 1.02;
+
+/// Returns the arguments of a map of all of the land on upright paper, if the land is larger there than on lying paper
+/// and the arguments that were `given` leave the orientation open. `args` are the complete ones for lying paper.
+///
+/// # Errors
+/// Fails if the extent of the heights is unknown.
+pub(super) fn upright(
+    given: &RenderArgs,
+    args: &RenderArgs,
+    store: &dyn TileStore,
+    page: &Page,
+) -> anyhow::Result<Option<RenderArgs>> {
+    let is_open = !given.landscape && !given.portrait && given.size.is_none() && given.like.is_none();
+    let is_whole = given.map == Some(MapArea::Whole) && given.map_place.at.is_none();
+    if given.paper.is_none() || !is_open || !is_whole {
+        return Ok(None);
+    }
+    let size = store.levels()[0];
+    let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
+    let [low_m, high_m] = GridProjection::fit(&mapping, size.width, size.height).extent_m();
+    let land_m = high_m - low_m;
+    let Edges { foot_px, frame_px } = page.edges;
+    let px_per_m = |[width, height]: [u32; 2]| {
+        let room = [width, height.saturating_sub(foot_px)].map(|side| f64::from(side.saturating_sub(2 * frame_px)));
+        (room[0] / land_m.x).min(room[1] / land_m.y)
+    };
+    let [width, height] = args.size();
+    let is_larger = width > height && px_per_m([height, width]) > LARGER * px_per_m([width, height]);
+    Ok(is_larger.then(|| match given.dpi {
+        // Lines on paper have the orientation of their picture.
+        None if args.dpi.is_none() => RenderArgs { size: Some([height, width]), ..given.clone() },
+        _ => RenderArgs { portrait: true, ..given.clone() },
+    }))
 }
 
 fn not_of_a_film(args: &RenderArgs) -> Result<RenderArgs, Misuse> {

@@ -188,6 +188,7 @@ fn marks(sheets: &Sheets, place: Place) -> Layer {
         ink: Some("#000000".to_owned()),
         kind: "mark",
         pen: None,
+        fills: Vec::new(),
         strokes: sheets.marks(place).into_iter().map(stroke).collect(),
     }
 }

@@ -7,12 +7,13 @@ use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::picture::legend::{self, Legend};
 use crate::picture::map_frame::{self, Coordinates, MapFrame};
 use crate::picture::title::{Block, MapScale, Words, block, foot_px, grouped};
 use crate::scene::view::Pose;
 use crate::source::georeference::Crs;
-use crate::style::{Paper, Style};
-use crate::vector::{Group, GroupKind, InkKind};
+use crate::style::{Paper, Style, Typeface};
+use crate::vector::Group;
 
 /// Largest number of characters that a warning lists.
 const MAX_NAMED: usize = 30;
@@ -25,6 +26,9 @@ const COMPASS: [&str; 16] =
 /// # Errors
 /// Fails if the picture is too small or cannot have a title block.
 pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) -> Result<Style, Misuse> {
+    if args.pens.is_some() {
+        style.paper.typeface = Typeface::Strokes;
+    }
     if args.frame {
         let ink = style.lettering_ink();
         map_frame::set_paper(&mut style.paper, ink, args.px_per_style_px());
@@ -38,7 +42,14 @@ pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) 
         }
     }
     if args.title.is_none() {
-        return Ok(style);
+        return match (&args.credits, args.legend) {
+            (Some(_), _) => Err(Misuse("--credits: are part of the title block; add --title TEXT".to_owned())),
+            (None, true) => Err(Misuse("--legend: is part of the title block; add --title TEXT".to_owned())),
+            (None, false) => Ok(style),
+        };
+    }
+    if args.credits.as_ref().is_some_and(|credits| credits.trim().is_empty()) {
+        return Err(Misuse("--credits: the text is empty; leave the option out".to_owned()));
     }
     let output = named(&args.output);
     if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
@@ -50,16 +61,30 @@ pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) 
     }
     // Coordinates are between a framed map and the block.
     let margin_px = if args.frame { 0.0 } else { style.paper.margin_px };
-    style.paper.foot_px = foot_px(&Paper { margin_px, ..style.paper.clone() }, args.px_per_style_px());
+    let paper = Paper { margin_px, ..style.paper.clone() };
+    let px = args.px_per_style_px();
+    let legend_rows = legend_rows(&style, args)?;
+    style.paper.foot_px = foot_px(&paper, args.credits.is_some(), legend_rows, px);
     let [width, height] = args.size();
     let taken_px = style.paper.foot_px + 2.0 * style.paper.margin_px;
     if taken_px > 0.5 * height as f32 || width < 64 {
         return Err(Misuse(format!(
             "--title: a picture of {width}x{height} px is too small for a title block, which takes {taken_px:.0} px of \
-             its height, the frame of a map and margins included"
+             its height, with credits, legend, the frame of a map and margins"
         )));
     }
     Ok(style)
+}
+
+/// Returns the number of rows for which a title block has space for a legend; 0 without a legend.
+fn legend_rows(style: &Style, args: &RenderArgs) -> Result<usize, Misuse> {
+    if !args.legend {
+        return Ok(0);
+    }
+    let shown = if args.map.is_some() { style.clone().for_map(1.0).map_err(Misuse::of)? } else { style.clone() };
+    let side_px = if style.paper.margin_px > 0.0 { f64::from(style.paper.margin_px) } else { 16.0 };
+    let room_px = f64::from(args.size()[0]) / args.px_per_style_px() - 2.0 * side_px / args.px_per_style_px();
+    Ok(legend::most_rows(&shown, room_px))
 }
 
 impl Job<'_> {
@@ -68,8 +93,16 @@ impl Job<'_> {
         let titled = self.args.title.clone().map(|title| self.titled(title, pose));
         let Some(map) = self.map.as_ref().filter(|_| self.args.frame) else { return titled };
         let mut block = titled.unwrap_or_else(|| Block::empty(self.style.lettering_ink()));
-        block.strokes.extend(self.frame(map).strokes);
+        let MapFrame { strokes, areas, .. } = self.frame(map);
+        block.strokes.extend(strokes);
+        block.areas.extend(areas);
         Some(block)
+    }
+
+    /// Returns the legend before anything of the picture has been seen, if there is one.
+    pub(super) fn legend(&self) -> Option<Legend> {
+        let exaggeration = self.world.scene.vertical_exaggeration;
+        self.args.legend.then(|| Legend::new(&self.style, exaggeration))
     }
 
     /// Returns the frame of a map.
@@ -96,13 +129,16 @@ impl Job<'_> {
                 let mapping = self.world.surfaces.terrain.mapping();
                 let middle_m = map.map.world_from_px(0.5 * map.map.size());
                 let true_north_rad = mapping.true_north_rad(middle_m);
-                let scale = MapScale { m_per_px: map.map.pixel_m, mm_per_px, true_north_rad };
+                let scale =
+                    MapScale { m_per_px: map.map.pixel_m, mm_per_px, denominator: self.args.map_scale, true_north_rad };
                 // The code of the picture's reference system; a picture in the world's own projection has none.
                 let code = map.georeference.epsg().map(|code| format!("EPSG:{code} · ")).unwrap_or_default();
                 let width_px = f64::from(self.args.size()[0]) / self.args.px_per_style_px();
                 let convergence = convergence(true_north_rad, width_px < NARROW_PX);
                 let interval = style.lowest_height_lines().map_or(0.0, |lines| lines.interval_m);
                 let interval = match interval {
+                    // The legend says so.
+                    _ if self.args.legend => String::new(),
                     0.0 => String::new(),
                     whole if whole.fract() == 0.0 => format!("contour lines every {} m · ", grouped(whole.into())),
                     other => format!("contour lines every {other} m · "),
@@ -112,7 +148,10 @@ impl Job<'_> {
             }
             None => (format!("{} · {}", self.seen_from(pose), style.name), None),
         };
-        let words = Words { title, below, scale };
+        let credits = self.args.credits.clone().unwrap_or_default();
+        // A style that can be drawn can be drawn on a map.
+        let legend_rows = legend_rows(style, self.args).unwrap_or_default();
+        let words = Words { title, below, credits, scale, legend_rows };
         block(&words, self.args.size(), &style.paper, style.lettering_ink(), self.args.px_per_style_px())
     }
 
@@ -130,6 +169,14 @@ impl Job<'_> {
                 };
                 format!("coordinates in {unit} of {name} · ")
             }
+        }
+    }
+
+    /// Warns if a legend has no entry.
+    pub(super) fn warn_of_legend(&self, legend: &Legend) {
+        if legend.is_empty() {
+            let output = named(&self.args.output);
+            tracing::warn!("--legend: {output} shows no lines or areas that a legend explains, so it has none");
         }
     }
 
@@ -151,7 +198,9 @@ impl Job<'_> {
             if replaced.len() > MAX_NAMED {
                 list += &format!(" and {} more", replaced.len() - MAX_NAMED);
             }
-            tracing::warn!("--title: no font on this machine has these characters, drawn as question marks: {list}");
+            tracing::warn!(
+                "title block: no font on this machine has these characters, drawn as question marks: {list}"
+            );
         }
     }
 
@@ -159,16 +208,25 @@ impl Job<'_> {
     pub(super) fn add_title(&self, groups: &mut Vec<Group>, pose: &Pose) {
         let title = self.args.title.clone().map(|title| ("title", "Title block", self.titled(title, pose)));
         let frame = self.map.as_ref().filter(|_| self.args.frame).map(|map| {
-            let strokes = self.frame(map).strokes;
-            ("frame", "Frame of the map", Block { strokes, ..Block::empty(self.style.lettering_ink()) })
+            let MapFrame { strokes, areas, .. } = self.frame(map);
+            ("frame", "Frame of the map", Block { strokes, areas, ..Block::empty(self.style.lettering_ink()) })
         });
-        groups.extend(title.into_iter().chain(frame).map(|(id, label, block)| Group {
-            id: id.to_owned(),
-            label: label.to_owned(),
-            ink: block.ink,
-            kind: GroupKind::Ink(InkKind::Mark),
-            lines: block.polylines(),
-        }));
+        let is_for_pens = self.args.pens.is_some();
+        let all = title.into_iter().chain(frame);
+        let mut drawn = Vec::new();
+        for (id, label, block) in all {
+            let mut legend = self.legend().filter(|_| block.legend.is_some());
+            if let Some(legend) = &mut legend {
+                legend.look_in(groups);
+                self.warn_of_legend(legend);
+            }
+            drawn.push(block.group((id, label), is_for_pens));
+            let samples = legend.zip(block.legend).map(|(legend, place)| legend.blocks(&place)).unwrap_or_default();
+            for (number, sample) in (1..).zip(samples) {
+                drawn.push(sample.group((&format!("legend-{number}"), "Legend"), is_for_pens));
+            }
+        }
+        groups.extend(drawn.into_iter().filter(|group| !group.lines.is_empty() || !group.fills.is_empty()));
     }
 
     /// Describes where the camera is, as in `46.5312° N 7.9620° E, height 2 350 m, looking SW (220°)`.

@@ -145,10 +145,7 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
         ("tones", style.tone.is_seen()),
         ("watercolour", style.watercolor.is_some()),
         ("sky colours", style.sky.is_drawn() && style.sky.has_colors()),
-        (
-            "sun and clouds without outline",
-            style.sky.outline_px == 0.0 && style.sky.clouds.max(style.sky.sun_deg) > 0.0,
-        ),
+        ("sun and clouds without outline", style.sky.has_unlined_fills()),
         ("stars", style.sky.stars > 0.0),
         ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
     ];

@@ -40,7 +40,10 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         ipd,
         convergence,
         map,
+        map_scale,
         title,
+        credits,
+        legend,
         frame,
         focus,
         water,
@@ -75,12 +78,17 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("eyes", eyes.clone());
     add("ipd", ipd.clone());
     add("convergence", number(*convergence));
+    // A map with a width has its scale.
+    let has_width = map.as_ref().is_some_and(|map| map.split(',').count() == 3);
     add("map", map.clone());
+    add("map-scale", number(map_scale.filter(|_| !has_width)));
     add("title", title.clone());
+    add("credits", credits.clone());
     add("samples", samples.map(|samples| samples.to_string()));
     add("lod-error", number(*lod_error));
     add("tone-curve", tone_curve.clone());
     add("tile-memory", tile_memory.map(|mib| mib.to_string()));
+    arguments.extend(legend.filter(|has_legend| *has_legend).map(|_| "--legend".to_owned()));
     arguments.extend(frame.filter(|is_framed| *is_framed).map(|_| "--map-frame".to_owned()));
     arguments
 }
@@ -103,6 +111,9 @@ impl Export {
         }
         let title = self.title.trim();
         more.title = Some(title).filter(|title| !title.is_empty() && self.has_title()).map(str::to_owned);
+        let credits = self.credits.trim();
+        more.credits = Some(credits).filter(|text| !text.is_empty() && more.title.is_some()).map(str::to_owned);
+        more.legend = (self.has_legend && more.title.is_some()).then_some(true);
         if self.kind == Kind::Map {
             let [x, y] = [imprint.camera.position_m.x, imprint.camera.position_m.y].map(f64::round);
             imprint.more.map =
@@ -128,9 +139,7 @@ impl Export {
             }
             (true, _) => {
                 add(format!("--paper={}", self.paper.trim()));
-                if self.is_portrait {
-                    add("--portrait".to_owned());
-                }
+                add(if self.is_portrait { "--portrait" } else { "--landscape" }.to_owned());
                 add(format!("--dpi={}", self.dpi));
             }
             (false, _) => {

@@ -1,19 +1,19 @@
 //! Tests the five controls of documents: positions, history, and what happens to values that the user has set.
 
-use super::open;
+use super::{open, presets};
 use crate::style::controls::{Control, END};
-use crate::style::names;
+use crate::tests::common::full;
 
 #[test]
 fn a_position_is_found_again_in_the_text() {
-    for name in names() {
+    for name in presets() {
         for control in Control::ALL {
             let mut document = open(name);
             assert_eq!(document.control(control), 0);
             if control.without_effect(document.style()).is_some() {
                 continue;
             }
-            for wanted in [-END, -37, 12, 55, END] {
+            for wanted in [-END, -37, 12, 55, END].into_iter().step_by(if full() { 1 } else { 2 }) {
                 document.set_control(control, wanted).unwrap();
                 document.release();
                 assert_eq!(document.control(control), wanted, "{name} {control:?}");

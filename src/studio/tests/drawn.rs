@@ -47,9 +47,10 @@ fn picture(world: &mut World, renderer: &mut Renderer, style: &Style) -> Vec<[u1
 #[test]
 fn random_edits_are_drawn_and_the_last_picture_is_that_of_the_saved_file() {
     let Some(mut world) = World::on_own_device(Hill::square(321, 10.0).1, 1.0) else { return };
-    let count = if full() { 500 } else { 40 };
+    // The neighbours and their pipelines take most of the time, so the fast tier edits only one style.
+    let (styles, count) = if full() { (2, 500) } else { (1, 12) };
     let folder = tempfile::tempdir().unwrap();
-    for (name, seed) in [("lsa", 3), ("crosshatch", 8)] {
+    for (name, seed) in [("lsa", 3), ("crosshatch", 8)].into_iter().take(styles) {
         let mut random = Random(seed);
         let mut document = open(name);
         let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::open;
+use super::{open, presets};
 use crate::file::atomic;
 use crate::studio::document::{Reloaded, StyleDocument};
 use crate::studio::unsaved::Unsaved;
 use crate::studio::watch::FileWatch;
-use crate::style::{Style, names, preset_text};
+use crate::style::{Style, preset_text};
 
 /// Longest time until a change of a file is reported.
 const SOON: Duration = Duration::from_millis(300);
@@ -31,7 +31,7 @@ fn own(folder: &Path, preset: &str) -> (StyleDocument, PathBuf) {
 #[test]
 fn saving_and_reading_again_keeps_every_byte() {
     let folder = tempfile::tempdir().unwrap();
-    for name in names() {
+    for name in presets() {
         let (mut document, path) = own(folder.path(), name);
         document.save().unwrap();
         assert_eq!(read(&path), preset_text(name).unwrap(), "{name}");

@@ -18,7 +18,7 @@ pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage(
 );
 
 /// Every fifth contour line is an index contour, which is wider.
-const LINES_PER_INDEX: f64 = 5.0;
+pub(crate) const LINES_PER_INDEX: f64 = 5.0;
 
 parameters! {
     /// Contour lines of height; every fifth line is an index contour.

@@ -10,6 +10,10 @@ parameters! {
     pub struct Water {
         /// Colour of water, multiplied by the paper colour.
         tint called "Water colour": Color = Color::WHITE;
+        /// Colour of deep water, multiplied by the water colour.
+        deep called "Deep water colour": Color = Color::WHITE;
+        /// Distance from the shore at which water has its deep colour; 0 draws one colour everywhere.
+        deep_px called "Shallow water width": f32 = 0.0 => Range::Within(0.0, 90.0), zero "none";
         /// Colour of the shoreline and of water lines.
         ink called "Ink colour": Color = Color::default();
         /// Width of the shoreline.
@@ -77,6 +81,6 @@ impl Water {
         let lines = if self.rules { 0 } else { self.lines };
         let of_lines: f32 = (0..lines).map(|line| self.spacing_px * self.growth.powi(line as i32)).sum();
         let of_rules = if self.rules { RULES_FADE * self.spacing_px } else { 0.0 };
-        (of_lines.max(of_rules) + self.line_px.max(self.shore_px) + 2.0).min(FARTHEST_PX)
+        (of_lines.max(of_rules).max(self.deep_px) + self.line_px.max(self.shore_px) + 2.0).min(FARTHEST_PX)
     }
 }

@@ -10,7 +10,7 @@ mod samples;
 mod still_strokes;
 
 use common::draw::{halves, north_west};
-use common::{World, grid_of, rough_height_m};
+use common::{World, full, grid_of, rough_height_m};
 use hachure::composite::PICTURE;
 use hachure::frame::Renderer;
 use hachure::picture::{Band, PictureRequest, render};
@@ -19,6 +19,11 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [192, 108];
 const VIEW: &str = "-300,-2500,+350,20,-14,60";
+
+/// Returns the size of pictures that are only compared with each other. In the fast tier it is half of [`SIZE_PX`].
+fn small_px() -> [u32; 2] {
+    if full() { SIZE_PX } else { SIZE_PX.map(|side| side / 2) }
+}
 
 fn rough() -> Option<World> {
     World::new(grid_of(257, 257, 30.0, rough_height_m), 1.0)
@@ -40,9 +45,10 @@ fn supersampled(
     renderer: &mut Option<Renderer>,
     style: &Style,
     pose: Pose,
+    size_px: [u32; 2],
     samples: u32,
 ) -> Vec<[f64; 4]> {
-    let request = PictureRequest { samples, ..PictureRequest::still(pose, SIZE_PX, style, north_west()) };
+    let request = PictureRequest { samples, ..PictureRequest::still(pose, size_px, style, north_west()) };
     let mut texels = Vec::new();
     let take = |band: Band| {
         texels.extend(band.picture.into_iter().map(|texel| texel.map(f64::from)));
@@ -59,8 +65,7 @@ fn apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
 }
 
 /// Returns the mean squared difference in brightness between neighbouring pixels, horizontally and vertically.
-fn sharpness(picture: &[[f64; 4]]) -> f64 {
-    let width = SIZE_PX[0] as usize;
+fn sharpness(picture: &[[f64; 4]], width: usize) -> f64 {
     let step = |pixel: usize| {
         let [across, down] = [1, width].map(|step| picture[pixel + step][1] - picture[pixel][1]);
         across * across + down * down

@@ -43,7 +43,7 @@ fn a_picture_at_rest_converges() {
         let at_rest = picture(&world, &renderer);
         // The reference continues the strokes that the renderer drew.
         renderer.set_step_s(0.0);
-        let truth = supersampled(&mut world, &mut Some(renderer), &style, pose, SAMPLES_AT_REST);
+        let truth = supersampled(&mut world, &mut Some(renderer), &style, pose, SIZE_PX, SAMPLES_AT_REST);
         let mut one = Renderer::new(&world.gpu).unwrap();
         flies(&mut one, &mut world, &style, pose, pose);
         let off = [&at_rest, &on_the_way, &picture(&world, &one)].map(|picture| apart(picture, &truth));

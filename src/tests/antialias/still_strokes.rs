@@ -45,7 +45,8 @@ fn strokes_are_not_moved() {
     // The lines that a cap on crowded lines leaves out depend a little on the depth picture.
     let style = common::all_lines("strokes");
     let still = ink(&mut world, &style, DVec2::ZERO);
-    for jitter_px in [DVec2::new(0.4, 0.0), DVec2::new(-0.4, 0.3), DVec2::new(0.1, -0.5)] {
+    let jitters_px = [DVec2::new(-0.4, 0.3), DVec2::new(0.4, 0.0), DVec2::new(0.1, -0.5)];
+    for jitter_px in jitters_px.into_iter().take(if common::full() { 3 } else { 1 }) {
         let found_px = moved_px(&still, &ink(&mut world, &style, jitter_px));
         println!("jitter {jitter_px:.2}: strokes are shifted by {found_px:.3}");
         assert!(found_px.length() < 0.1, "strokes are shifted by {found_px} px");

@@ -4,6 +4,7 @@
 //! There are 10,000 inputs: 9,400 small scenes (0 to about 40 segments, of 21 kinds), placed 1024 px apart in planes of
 //! 470, and 600 that each use the GPU alone. Each scene of a plane is compared with the twin's result for that scene
 //! alone: chains are ordered by their first segments, so the chains of a scene are a contiguous range of the plane's.
+//! The fast tier has one plane for each of the rules, and 40 inputs that use the GPU alone.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;

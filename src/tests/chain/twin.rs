@@ -39,7 +39,8 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
     let Some(mut bench) = Bench::new(1 << 15, rules) else { return };
     let mut compared = 0;
     let (mut closed, mut longest) = (0, 0);
-    for plane in 0..PLANES {
+    let planes: Vec<i64> = if full() { (0..PLANES).collect() } else { vec![0, 17, 18, 19] };
+    for &plane in &planes {
         // Most planes use the default rules, some use others.
         rules = match plane {
             17 => ChainRules::new(1.0, 0.5),
@@ -68,16 +69,17 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
             compared += 1;
         }
     }
-    assert!(closed > 1000 && longest > 20, "{closed} loops, at most {longest} segments: the scenes test too little");
+    let least = 50 * planes.len();
+    assert!(closed > least && longest > 20, "{closed} loops, at most {longest} segments: the scenes test too little");
     rules = ChainRules::default();
     bench.rules = rules;
-    for number in 0..600 {
+    for number in 0..if full() { 600 } else { 40 } {
         let segments = alone(number);
         let expected = twin::chain(&segments, &rules);
         assert_eq!(bench.chain(&segments), expected, "input {number}");
         compared += 1;
     }
-    assert_eq!(compared, 10_000);
+    assert!(compared == 10_000 || !full(), "{compared}");
 }
 
 #[test]
@@ -151,11 +153,11 @@ fn a_count_above_the_capacity_is_cut() {
 #[test]
 fn a_million_segments_and_how_long_they_take() {
     let rules = ChainRules::default();
-    let Some(mut bench) = Bench::new(MAX_SEGMENTS, rules) else { return };
+    // The largest capacity takes a minute on a software driver.
+    let capacity = if full() { MAX_SEGMENTS } else { 1 << 14 };
+    let Some(mut bench) = Bench::new(capacity, rules) else { return };
     println!("{}", bench.gpu.description());
-    // The longest list takes a minute on a software driver.
-    let counts = [1_000, 10_000, 100_000, 1_000_000];
-    for count in counts.into_iter().take(if full() { 4 } else { 3 }) {
+    for count in [1_000, 10_000, 100_000, 1_000_000].into_iter().filter(|count| *count <= capacity as usize) {
         let segments = picture(count);
         bench.upload(&segments, count as u32);
         let mut times_ms: Vec<f64> = (0..3)
@@ -182,7 +184,7 @@ fn a_million_segments_and_how_long_they_take() {
         assert!(bench.read(count) == expected, "{count} segments differ");
     }
     // One chain, and one loop, each as long as the capacity allows.
-    let side = 1 << 20;
+    let side = capacity as i32;
     let row = |i: i32| [(i % side) * 3 - (side * 3) / 2, 0];
     let line: Vec<Segment> = (0..side).map(|i| segment(row(i), [row(i)[0] + 3, 0], (i ^ 0x5555) as u32)).collect();
     let start = Instant::now();

@@ -9,7 +9,7 @@ use hachure::style::{self, Style};
 
 use crate::tests::coherence::checks::{finite, inked};
 use crate::tests::coherence::{Flight, SIZE_PX, START, mountains, strokes};
-use crate::tests::common::World;
+use crate::tests::common::{World, full};
 
 /// Reads the ink of the last frame and the sample to which each pixel belongs.
 fn pictures(world: &World, flight: &Flight) -> (Vec<f32>, Vec<u32>) {
@@ -43,12 +43,15 @@ fn extremes_are_finite() {
             own.texture = Some(Style::load("charcoal").unwrap().strokes().unwrap().texture.clone().unwrap());
         }),
     ];
-    for (name, change) in changes {
+    let (steps, least) = if full() { (3, 500) } else { (2, 250) };
+    // In the fast tier each change but the first is seen by the first camera, by one of its own, and by the last.
+    for (number, (name, change)) in changes.into_iter().enumerate().skip(usize::from(!full())) {
+        let three = [START, cameras[number], cameras[6]];
         let mut flight = Flight::new(&world, strokes(change));
         let (mut most, mut empty) = (0, 0);
-        for camera in cameras {
+        for camera in if full() { &cameras[..] } else { &three } {
             let start = world.pose(camera);
-            for step in 0..3 {
+            for step in 0..steps {
                 let pose = Pose { position_m: start.position_m + DVec3::new(0.3, 0.1, 0.0) * f64::from(step), ..start };
                 let (_, counts, samples) = flight.draw(&mut world, pose);
                 most = most.max(counts.samples);
@@ -58,7 +61,7 @@ fn extremes_are_finite() {
                 assert_eq!(inked(&ink, &ids, &samples), Ok(()), "{name}, {camera}");
             }
         }
-        assert!(most > 500 && empty > 0, "{name}: {most} samples at most, {empty} pictures without strokes");
+        assert!(most > least && empty > 0, "{name}: {most} samples at most, {empty} pictures without strokes");
     }
 }
 

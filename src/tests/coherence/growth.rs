@@ -6,6 +6,7 @@ use hachure::style::Style;
 
 use crate::tests::coherence::checks::{comes_from, grows, growth_px, reached_px, was_in_picture};
 use crate::tests::coherence::{Flight, mountains, pose, strokes};
+use crate::tests::common::full;
 
 /// Returns a style without merging of parallel lines, so that more of them appear and disappear.
 fn crowded(update_every: u32) -> Style {
@@ -24,13 +25,17 @@ fn new_lines_grow_and_old_ones_shrink() {
     assert!(samples.iter().all(|sample| sample.shown_px > 0.0));
     // Lines that enter the view at its side, and lines that become hidden, take their time.
     let (mut growing, mut fading) = (0, 0);
-    for frame in 1..25 {
-        let (_, _, samples) = flight.fly(&mut world, 4 * frame);
+    let (last, stride, least) = if full() { (24, 4, [20, 5]) } else { (12, 8, [10, 3]) };
+    for frame in 1..=last {
+        let (_, _, samples) = flight.fly(&mut world, stride * frame);
         growing += samples.iter().filter(|own| own.flags & Sample::FADING == 0 && own.shown_px <= 0.0).count();
         fading += samples.iter().filter(|own| own.flags & Sample::FADING != 0 && own.shown_px > 0.0).count();
     }
-    assert!(growing > 20 && fading > 5, "{growing} {fading}");
-    // At rest all growing and fading ends.
+    assert!(growing > least[0] && fading > least[1], "{growing} {fading}");
+    // At rest all growing and fading ends; in the fast tier four times as soon.
+    if !full() {
+        flight.style.strokes_mut().unwrap().fade_s = 0.2;
+    }
     let rest = pose(&world, 96);
     let mut frames = 0;
     while flight.renderer.is_settling() && frames < 200 {
@@ -48,13 +53,14 @@ fn new_lines_grow_and_old_ones_shrink() {
 fn lines_grow_no_faster_than_their_speed() {
     let Some(mut world) = mountains() else { return };
     // With updates in between only, and with an update in every frame.
-    for update_every in [10, 1] {
+    let frames_of = if full() { [(10, 40), (1, 40)] } else { [(10, 16), (1, 10)] };
+    for (update_every, frames) in frames_of {
         let mut flight = Flight::new(&world, crowded(update_every));
         let growth_px = growth_px(&flight.style);
         let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
         let (mut updated, mut before_counts): (Option<View>, Option<SampleCounts>) = (None, None);
         let (mut between, mut growing) = (0, 0);
-        for frame in 0..40 {
+        for frame in 0..frames {
             let (view, counts, samples) = flight.fly(&mut world, frame);
             if let (Some((old_counts, old)), Some(updated)) = (before, &updated) {
                 assert_eq!(comes_from(&old, updated, (&view, &samples), growth_px), Ok(()), "frame {frame}");
@@ -71,21 +77,24 @@ fn lines_grow_no_faster_than_their_speed() {
             before_counts = Some(counts);
             before = Some((counts, samples));
         }
-        assert!(growing > 50, "{growing} samples that grow");
-        assert!(between > 20 || update_every == 1, "{between} frames between updates");
+        let least = |of_forty: usize| of_forty * frames as usize / 40;
+        assert!(growing > least(50), "{growing} samples that grow");
+        assert!(between > least(20) || update_every == 1, "{between} frames between updates");
     }
 }
 
 #[test]
 fn lines_that_jump_are_found() {
     let Some(mut world) = mountains() else { return };
-    let mut flight = Flight::new(&world, strokes(|_| {}));
+    let mut flight = Flight::new(&world, if full() { strokes(|_| {}) } else { crowded(10) });
     let growth_px = growth_px(&flight.style);
-    // Fly until some lines grow and others fade, and then take a frame between updates.
+    // Fly until some lines grow and others fade, and then take a frame between updates. In the fast tier every second
+    // step is long: after it there is an update with many new lines, and none after the short one.
+    let place = |frame: u32| if full() { 4 * frame } else { frame / 2 * 24 + frame % 2 };
     let mut pair = None;
     let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
     for frame in 0..60 {
-        let (_, counts, samples) = flight.fly(&mut world, 4 * frame);
+        let (_, counts, samples) = flight.fly(&mut world, place(frame));
         let is_part = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -3.0;
         let goes = |own: &Sample| own.flags & Sample::FADING != 0;
         if let Some((_, old)) = before.filter(|(old, _)| *old == counts)

@@ -13,12 +13,14 @@ mod resized;
 mod sheet;
 mod steady;
 
-use common::World;
+use std::sync::OnceLock;
+
+use common::{World, full};
 use glam::DVec3;
 use hachure::frame::Renderer;
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::scene::view::{Pose, View};
-use hachure::source::{Silent, procedural};
+use hachure::source::{HeightGrid, Silent, procedural};
 use hachure::style::{self, Style};
 
 use crate::tests::common::draw::{NOON, draw};
@@ -28,14 +30,20 @@ const SIZE_PX: [u32; 2] = [320, 180];
 const START: &str = "-300,-2500,+350,20,-6,60";
 const STEP_M: f64 = 1.0;
 
-/// Returns mountains like those of the built-in world, but smaller.
+/// Returns mountains like those of the built-in world, but smaller. They are generated once.
 fn mountains() -> Option<World> {
-    World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0)
+    static GRID: OnceLock<HeightGrid> = OnceLock::new();
+    let grid = GRID.get_or_init(|| procedural::generate_sized(1, 512, 24.0, &Silent));
+    World::new(grid.clone(), 1.0)
 }
 
+/// Returns the preset `strokes` with other strokes. In the fast tier it has no water, of which strokes are independent.
 fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
     let mut style = common::all_lines("strokes");
     change(style.strokes_mut().unwrap());
+    if !full() {
+        style.set_water(None);
+    }
     style
 }
 
@@ -57,8 +65,10 @@ struct Flight {
 }
 
 impl Flight {
+    /// Begins a flight. In the fast tier its frames end when their strokes are drawn, and have no picture.
     fn new(world: &World, style: Style) -> Self {
-        let renderer = Renderer::new(&world.gpu).unwrap();
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_only_strokes(!full());
         Self { style, renderer, last: None }
     }
 

@@ -8,6 +8,7 @@ use hachure::style;
 use crate::tests::coherence::checks::{evenly_apart, in_strokes, where_they_say};
 use crate::tests::coherence::{Flight, SIZE_PX, mountains, strokes};
 use crate::tests::common::draw::places_m;
+use crate::tests::common::full;
 
 #[test]
 fn between_updates_strokes_stick_to_the_world() {
@@ -35,7 +36,7 @@ fn between_updates_strokes_stick_to_the_world() {
 fn samples_are_where_they_say_and_evenly_apart() {
     let Some(mut world) = mountains() else { return };
     let mut flight = Flight::new(&world, strokes(|_| {}));
-    for frame in 0..12 {
+    for frame in 0..if full() { 12 } else { 6 } {
         let (view, counts, samples) = flight.fly(&mut world, frame);
         assert!(counts.strokes > 0);
         assert_eq!(where_they_say(&view, &samples), Ok(()), "frame {frame}");
@@ -101,8 +102,10 @@ fn hands_stray_and_pens_widen_at_bends() {
     assert!(strayed.iter().all(|apart| *apart < 4.0 * 1.5 + 2.0), "{:?}", strayed.iter().copied().reduce(f32::max));
     assert!(mean(&strayed) > 0.6, "{}", mean(&strayed));
     // A repetition gives the same result: the wobble depends on the position alone.
-    let again = apart(&drawn(|own| own.wobble_px = 4.0));
-    assert!((mean(&strayed) - mean(&again)).abs() < 1e-3);
+    if full() {
+        let again = apart(&drawn(|own| own.wobble_px = 4.0));
+        assert!((mean(&strayed) - mean(&again)).abs() < 1e-3);
+    }
     // Planted error: a hand without wobble.
     assert!(mean(&apart(&drawn(|_| {}))) < 0.01);
 

@@ -1,14 +1,20 @@
 //! Draws a frame of a world and reads it back, for all tests of pictures.
 
+use std::convert::Infallible;
+
 use glam::DVec3;
+use hachure::file::exr::Samples;
 use hachure::frame::{DISTANCE, Prepared};
 use hachure::frame::{Light, Renderer};
 use hachure::gpu::Gpu;
 use hachure::gpu::Target;
 use hachure::internals::read;
+use hachure::picture::{self, PartRule, PictureRequest, aov};
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::world::Surfaces;
+
+use super::World;
 
 /// The sun overhead, for lines, which do not depend on it.
 pub(crate) const NOON: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
@@ -68,4 +74,19 @@ pub(crate) fn places(gpu: &Gpu, renderer: &Renderer, eye: usize) -> Vec<[f32; 4]
 pub(crate) fn normals(gpu: &Gpu, renderer: &Renderer) -> Vec<[f32; 4]> {
     let size_px = renderer.target(&DISTANCE).unwrap().size_px();
     renderer.normals(gpu, 0, [0, 0], size_px).unwrap().unwrap()
+}
+
+/// Draws a picture by parts as `parts` says, and returns the tone of each pixel.
+pub(crate) fn tones_in_parts(world: &mut World, still: PictureRequest<'_>, parts: &PartRule) -> Vec<f32> {
+    let planes = aov::planes("tone", still.style).unwrap();
+    let request = PictureRequest { planes: &planes, ..still };
+    let mut tones: Vec<f32> = Vec::new();
+    let take = |band: picture::Band| {
+        if let Samples::F32(values) = &band.planes[0] {
+            tones.extend(values);
+        }
+        Ok::<_, Infallible>(())
+    };
+    picture::render_in_parts(&world.gpu, &mut None, &mut world.surfaces, &request, parts, take).unwrap();
+    tones
 }

@@ -55,38 +55,28 @@ fn deviation(p: (DVec3, DVec3), q: (DVec3, DVec3), control: (DVec3, DVec3), epsi
     e_curv + e_plane
 }
 
-/// Which of the far errors Eq. 8 takes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Far {
-    /// The lesser one, as printed.
-    Least,
-    /// The greater one: a planted error.
-    Greatest,
-    /// Both terms with the far pixel and its own far control: a planted error.
-    Both,
-}
-
-/// Returns E(p) of e_aa (Eq. 8 with `ramp`) as the error that the ramp maps to it, clamped to [0, 1]. Returns `None`
-/// near the picture's border or the sky.
-pub(crate) fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2], far: Far) -> Option<f64> {
-    error(shot, pixel, epsilon_m, Reading::Text)?;
+/// Returns E(p) of e_aa (Eq. 8 with `ramp`) as the error that the ramp maps to it, clamped to [0, 1]: as printed, with
+/// the lesser of the far errors, and three planted errors: E(p) without Eq. 8, the greater of the far errors, and both
+/// terms with the far pixel and its own far control. Returns `None` near the picture's border or the sky.
+pub(crate) fn antialiased_errors(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2]) -> Option<[f64; 4]> {
+    let without = error(shot, pixel, epsilon_m, Reading::Text)?;
     let sample = |pixel: usize| (shot.position_m[pixel], shot.normal[pixel]);
-    let mut worst = 0.0_f64;
+    let mut worst = [0.0_f64; 3];
     for (dx, dy) in [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)] {
         let at = |steps: i64| Some(sample(shot.neighbour(pixel, [dx * steps, dy * steps])?));
         let (near, near_control, beyond, beyond_control) = (at(1)?, at(-1)?, at(2)?, at(-2)?);
         let e_sum = |q, control| deviation(sample(pixel), q, control, epsilon_m, Reading::Text);
-        let ramped = |q, control| ((e_sum(q, control) - ramp[0]) / (ramp[1] - ramp[0])).clamp(0.0, 1.0);
-        let (a, b, c) = (ramped(beyond, near_control), ramped(near, beyond_control), ramped(near, near_control));
-        let farther = match far {
-            Far::Least => a.min(b),
-            Far::Greatest => a.max(b),
-            Far::Both => ramped(beyond, beyond_control),
-        };
-        let merged = ramp[0] + (ramp[1] - ramp[0]) * 0.5 * (farther + c);
-        worst = worst.max(if farther < c { merged } else { e_sum(near, near_control) });
+        let ramped = |error: f64| ((error - ramp[0]) / (ramp[1] - ramp[0])).clamp(0.0, 1.0);
+        let nearest = e_sum(near, near_control);
+        let (a, b) = (ramped(e_sum(beyond, near_control)), ramped(e_sum(near, beyond_control)));
+        let (both, c) = (ramped(e_sum(beyond, beyond_control)), ramped(nearest));
+        for (worst, farther) in worst.iter_mut().zip([a.min(b), a.max(b), both]) {
+            let merged = ramp[0] + (ramp[1] - ramp[0]) * 0.5 * (farther + c);
+            *worst = worst.max(if farther < c { merged } else { nearest });
+        }
     }
-    Some(worst.min(1.0))
+    let [least, greatest, both] = worst.map(|worst| worst.min(1.0));
+    Some([least, without, greatest, both])
 }
 
 /// Returns E(p), Eq. 1, clamped to [0, 1]; `None` where the picture's border or the sky is within two pixels.

@@ -3,6 +3,12 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+/// Returns whether the long tier of the tests is wanted (`./check --full`).
+#[allow(dead_code, reason = "not every test that shares this file needs it")]
+pub(crate) fn full() -> bool {
+    std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full")
+}
+
 /// Runs the program in `folder`, which also holds its cache, with arguments separated by spaces.
 pub(crate) fn run(folder: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hachure"))

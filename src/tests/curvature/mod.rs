@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use crate::tests::helpers::shapes;
 use common::draw::{NOON, draw, floats, still};
-use common::{World, grid_of};
+use common::{World, full, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
 use hachure::style::Style;
@@ -26,8 +26,8 @@ const SIZE_PX: [u32; 2] = [360, 280];
 /// The smallest radius of curvature.
 const RADIUS_M: f64 = 200.0;
 
-/// The height of a height field with its slopes, second derivatives (xx, xy, yy) and third ones (xxx, xxy, xyy, yyy).
-type Jet = (f64, DVec2, [f64; 3], [f64; 4]);
+/// The height of a height field with its slopes and second derivatives (xx, xy, yy).
+type Jet = (f64, DVec2, [f64; 3]);
 
 struct Land {
     name: &'static str,
@@ -87,24 +87,18 @@ fn jet(height_m: fn(DVec2) -> f64, at: DVec2) -> Jet {
     let h = 0.5;
     let f = |i: f64, j: f64| height_m(at + h * DVec2::new(i, j));
     let slope = DVec2::new(f(1.0, 0.0) - f(-1.0, 0.0), f(0.0, 1.0) - f(0.0, -1.0)) / (2.0 * h);
-    let second = |x: f64, y: f64| {
-        let f = |i: f64, j: f64| f(x + i, y + j);
-        [
-            (f(1.0, 0.0) - 2.0 * f(0.0, 0.0) + f(-1.0, 0.0)) / (h * h),
-            (f(1.0, 1.0) - f(1.0, -1.0) - f(-1.0, 1.0) + f(-1.0, -1.0)) / (4.0 * h * h),
-            (f(0.0, 1.0) - 2.0 * f(0.0, 0.0) + f(0.0, -1.0)) / (h * h),
-        ]
-    };
-    let reach = 8.0;
-    let by = |x: f64, y: f64, i: usize| (second(x, y)[i] - second(-x, -y)[i]) / (2.0 * reach * h);
-    let third = [by(reach, 0.0, 0), by(0.0, reach, 0), by(reach, 0.0, 2), by(0.0, reach, 2)];
-    (f(0.0, 0.0), slope, second(0.0, 0.0), third)
+    let second = [
+        (f(1.0, 0.0) - 2.0 * f(0.0, 0.0) + f(-1.0, 0.0)) / (h * h),
+        (f(1.0, 1.0) - f(1.0, -1.0) - f(-1.0, 1.0) + f(-1.0, -1.0)) / (4.0 * h * h),
+        (f(0.0, 1.0) - 2.0 * f(0.0, 0.0) + f(0.0, -1.0)) / (h * h),
+    ];
+    (f(0.0, 0.0), slope, second)
 }
 
 /// Returns the second fundamental form of a height field on tangents with the steps `a` and `b` on the map: how the
 /// normal turns along `a`, measured along `b`.
 fn bend(jet: &Jet, a: DVec2, b: DVec2) -> f64 {
-    let (_, slope, [xx, xy, yy], _) = jet;
+    let (_, slope, [xx, xy, yy]) = jet;
     -(a.x * b.x * xx + (a.x * b.y + a.y * b.x) * xy + a.y * b.y * yy) / (1.0 + slope.length_squared()).sqrt()
 }
 
@@ -159,9 +153,11 @@ fn style(feature_px: f32) -> Style {
     style
 }
 
+/// Draws a view, whose frame ends with the lines in the fast tier. Returns the blocks of its land, and the eye.
 fn blocks(world: &mut World, camera: &str, feature_px: f32) -> (Vec<Block>, DVec3) {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_only_strokes(!full());
     let view = still(pose, SIZE_PX);
     draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style(feature_px), &NOON);
     let of = |kind| floats::<4>(&world.gpu, renderer.target(kind).unwrap());
@@ -264,11 +260,14 @@ fn world_of(land: &Land, spacing_m: f64) -> Option<World> {
 
 #[test]
 fn principal_curvatures_are_those_of_closed_forms() {
-    for land in LANDS {
-        // The finest level, across tiles; and coarser ones, whose sample spacing is at most a tenth of the radius.
-        for (spacing_m, feature_px) in [(0.05 * RADIUS_M, 1.0), (0.005 * RADIUS_M, 1.0), (0.02 * RADIUS_M, 3.0)] {
+    // In the fast tier the monkey saddle and the hill are left to the next test, and so are the borders of tiles.
+    let (lands, scales, cameras) = if full() { (5, 3, 2) } else { (3, 2, 1) };
+    for land in LANDS.into_iter().take(lands) {
+        // The finest level, and coarser ones, whose sample spacing is at most a tenth of the radius; across tiles.
+        let sizes = [(0.05 * RADIUS_M, 1.0), (0.02 * RADIUS_M, 3.0), (0.005 * RADIUS_M, 1.0)];
+        for (spacing_m, feature_px) in sizes.into_iter().take(scales) {
             let Some(mut world) = world_of(&land, spacing_m) else { return };
-            for camera in ["0,-1400,1400,0,-45,40", "300,-200,1500,20,-80,50"] {
+            for camera in ["0,-1400,1400,0,-45,40", "300,-200,1500,20,-80,50"].into_iter().take(cameras) {
                 let (blocks, _) = blocks(&mut world, camera, feature_px);
                 let is_fine = |block: &Block| block.sample_m <= 0.1 * RADIUS_M && block.is_inside();
                 let blocks: Vec<Block> = blocks.into_iter().filter(is_fine).collect();
@@ -300,7 +299,7 @@ fn principal_curvatures_are_those_of_closed_forms() {
 /// ahead and behind.
 #[test]
 fn the_rise_toward_the_eye_is_that_of_the_land() {
-    for land in LANDS {
+    for land in LANDS.into_iter().filter(|land| full() || !["cylinder", "saddle"].contains(&land.name)) {
         let spacing_m = 0.02 * RADIUS_M;
         let Some(mut world) = world_of(&land, spacing_m) else { return };
         let (blocks, eye_m) = blocks(&mut world, "0,-900,800,0,-40,50", 1.0);
@@ -347,7 +346,8 @@ fn a_mesh_bends_as_it_was_found_to_at_load() {
     const SCALE_M: f64 = 40.0;
     const MAJOR: f64 = 3.0;
     let Some((_, mut world)) = shapes::hill() else { return };
-    let mesh = Arc::new(shapes::mesh(shapes::torus(MAJOR, 160, 80)));
+    let (around, across) = if full() { (160, 80) } else { (80, 40) };
+    let mesh = Arc::new(shapes::mesh(shapes::torus(MAJOR, around, across)));
     let middle_m = DVec3::new(-600.0, -900.0, 700.0);
     shapes::place(&mut world, &mesh, &shapes::stance(middle_m, 30.0, SCALE_M));
     let camera = "-600,-1200,1000,0,-45,60";

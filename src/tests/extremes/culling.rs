@@ -17,7 +17,7 @@ use hachure::tiles::terrain::{Loading, TerrainOptions};
 
 use super::lands::{EXTREME, Land, ORDINARY, SPACING_M};
 use crate::tests::common::draw::{draw, north_west, still};
-use crate::tests::common::{World, grid_of};
+use crate::tests::common::{World, full, grid_of};
 
 const SIZE_PX: [u32; 2] = [240, 180];
 
@@ -61,7 +61,7 @@ fn differing(a: &[u8], b: &[u8]) -> usize {
 fn changed(world: &mut World, rigs: &[(String, Rig)], spacing_px: f32) -> [usize; 2] {
     let style = style(spacing_px);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    let (mut changed, mut inked) = ([0, 0], 0);
+    let (mut changed, mut inked, mut pixels) = ([0, 0], 0, 0);
     for (name, rig) in rigs {
         let drawings = [Culling::Nothing, Culling::ByReach, Culling::WithoutReach].map(|culling| {
             renderer.set_row_culling(culling);
@@ -72,8 +72,10 @@ fn changed(world: &mut World, rigs: &[(String, Rig)], spacing_px: f32) -> [usize
         println!("{name}: {kept} of {all} blocks, {without} without reach; {differ:?} pixels differ");
         changed = [changed[0] + differ[0], changed[1] + differ[1]];
         inked += reference.chunks_exact(2).filter(|ink| **ink != [0, 0]).count();
+        pixels += reference.len() / 2;
     }
-    assert!(inked > 4_000 * rigs.len(), "{inked} pixels have ink");
+    // 4000 of 240 × 180.
+    assert!(54 * inked > 5 * pixels, "{inked} of {pixels} pixels have ink");
     changed
 }
 
@@ -98,7 +100,7 @@ fn marks_that_begin_out_of_view_are_drawn() {
     let Some(mut world) = World::new(grid_of(513, 513, 60.0, low_m), 1.0) else { return };
     let map =
         |step: u32| (format!("step {step}"), mono(world.pose(&format!("{},0,11000,0,-90,45", 6070 + 100 * step))));
-    let maps: Vec<_> = (0..8).map(map).collect();
+    let maps: Vec<_> = (0..8).filter(|step| full() || [3, 4].contains(step)).map(map).collect();
     let [differ, missing] = changed(&mut world, &maps, 4.0);
     assert_eq!(differ, 0);
     // Planted: blocks are culled although their marks reach into the picture.
@@ -122,9 +124,10 @@ fn culling_changes_nothing_in_a_turn() {
     let Some(mut land) = Land::of_spacing(SPACING_M) else { return };
     let pose = land.pose(&ORDINARY);
     // Slow at first, then faster than blocks follow one another.
-    let angles_deg = [0.0, 0.3, 2.0, 7.0, 20.0];
-    let turn: Vec<_> =
-        angles_deg.iter().map(|deg: &f64| (format!("{deg} degrees"), mono(turned(pose, deg.to_radians())))).collect();
+    let (angles_deg, size_px): (&[f64], _) =
+        if full() { (&[0.0, 0.3, 2.0, 7.0, 20.0], SIZE_PX) } else { (&[0.0, 2.0, 20.0], SIZE_PX.map(|side| side / 2)) };
+    let view = |deg: &f64| (format!("{deg} degrees"), Rig::mono(still(turned(pose, deg.to_radians()), size_px)));
+    let turn: Vec<_> = angles_deg.iter().map(view).collect();
     assert_eq!(changed(&mut land.world, &turn, CLOSE_PX)[0], 0);
 }
 

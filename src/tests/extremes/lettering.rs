@@ -9,7 +9,7 @@ use hachure::style::{Paper, Style};
 /// Returns the words of a title block at several scales.
 fn words() -> Vec<Words> {
     let scale = |m_per_px: f64, mm_per_px: Option<f64>, true_north_rad: Option<f64>| {
-        Some(MapScale { m_per_px, mm_per_px, true_north_rad })
+        Some(MapScale { m_per_px, mm_per_px, denominator: None, true_north_rad })
     };
     let long = "Großglockner 山 🖋 ".repeat(200);
     let texts = [(String::new(), String::new()), ("Tödi".to_owned(), "3614 m".to_owned()), (long.clone(), long)];
@@ -21,9 +21,16 @@ fn words() -> Vec<Words> {
         scale(1e8, Some(25.4), Some(std::f64::consts::PI)),
         scale(1e8, Some(2.54e-3), None),
     ];
-    let all = texts
-        .into_iter()
-        .flat_map(|(title, below)| scales.map(|scale| Words { title: title.clone(), below: below.clone(), scale }));
+    let all = texts.into_iter().flat_map(|(title, below)| {
+        let credits = below.clone();
+        scales.map(|scale| Words {
+            title: title.clone(),
+            below: below.clone(),
+            credits: credits.clone(),
+            scale,
+            legend_rows: 1,
+        })
+    });
     all.collect()
 }
 
@@ -37,10 +44,11 @@ fn title_blocks_are_finite() {
             for px in [1.0 / 96.0, 1.0, 10_000.0 / 96.0] {
                 for margin_px in [0.0, 1000.0] {
                     let bare = Paper { margin_px, border_px: 0.0, foot_px: 0.0, ..plain.paper.clone() };
-                    let paper = Paper { foot_px: foot_px(&bare, px), ..bare };
+                    let paper = Paper { foot_px: foot_px(&bare, true, 1, px), ..bare };
                     let block = block(&words, size_px, &paper, paper.border, px);
                     let points = block.strokes.iter().flat_map(|stroke| &stroke.points);
                     let is_finite = points.clone().all(|point| point.is_finite());
+                    let is_finite = is_finite && block.areas.iter().all(|area| area.curves.is_finite());
                     let widths = block.strokes.iter().all(|stroke| stroke.width_px.is_finite());
                     assert!(is_finite && widths, "{words:?}, {size_px:?}, {px} px per px, margin {margin_px}");
                     // The rows in the middle of the block.

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
 use hachure::gpu::target::TargetKind;
+use hachure::picture::PartRule;
 use hachure::scene::view::Pose;
 use hachure::source::HeightGrid;
 use hachure::style::Style;
@@ -12,29 +13,32 @@ use hachure::surface::form::FORM_NORMAL;
 
 use super::lands::{FAR_M, Land, SAMPLES, SPACING_M};
 use crate::tests::common::draw::{NOON, draw, floats, north_west, places_m, still};
-use crate::tests::common::shot::shoot;
-use crate::tests::common::{self, grid_of, quantile};
+use crate::tests::common::shot::{ink, shoot_style};
+use crate::tests::common::{self, full, grid_of, quantile};
 
 const SIZE_PX: [u32; 2] = [96, 72];
 
-/// Returns lands of ordinary and extreme spacing.
-fn lands() -> Option<[Land; 3]> {
-    Some([Land::of_spacing(SPACING_M)?, Land::of_spacing(0.001)?, Land::of_spacing(10_000.0)?])
-}
-
 #[test]
 fn positions_are_those_of_the_land() {
-    let Some(lands) = lands() else { return };
-    for mut land in lands {
+    let mut style = ink("footprint");
+    if !full() {
+        // Lakes are then drawn as land, at the same heights.
+        style.set_water(None);
+    }
+    let spacings_m = if full() { &[SPACING_M, 0.001, 10_000.0][..] } else { &[0.001, 10_000.0] };
+    let cameras = [(900.0, -20.0, 55.0), (900.0, -20.0, 1.0), (900.0, -50.0, 150.0), (3000.0, -90.0, 60.0)];
+    for (number, spacing_m) in spacings_m.iter().enumerate() {
+        let Some(mut land) = Land::of_spacing(*spacing_m) else { return };
         let mut renderer = None;
-        for (z_m, pitch_deg, fov_deg) in
-            [(900.0, -20.0, 55.0), (900.0, -20.0, 1.0), (900.0, -50.0, 150.0), (3000.0, -90.0, 60.0)]
-        {
+        // In the fast tier each land has another extreme lens.
+        let cameras = if full() { &cameras[..] } else { &cameras[1 + number..][..1] };
+        for &(z_m, pitch_deg, fov_deg) in cameras {
             let at = land.middle_m + DVec2::new(100.0, -900.0) * land.factor;
             // The land of 10 km between samples is low for its width.
             let up_m = z_m * land.factor.min(4.0);
             let pose = land.world.pose(&format!("{},{},{up_m:+},17,{pitch_deg},{fov_deg}", at.x, at.y));
-            let shot = shoot(&mut land.world, &mut renderer, pose, SIZE_PX);
+            let parts = PartRule::default();
+            let shot = shoot_style(&mut land.world, &mut renderer, pose, pose, SIZE_PX, &style, &parts);
             let terrain = &land.world.surfaces.terrain;
             let earth = terrain.earth_curvature(pose.position_m.z);
             let errors_px = |raised_m: f64| {
@@ -194,6 +198,11 @@ fn light_falls_on_the_form_of_the_land() {
     let Some(saddles) = Saddle::all() else { return };
     let mut style = Style::load("pencil").unwrap();
     style.light.turn_deg = 0.0;
+    if !full() {
+        // The form depends on neither layers nor shadows.
+        style = style.without(&["hatching", "drainage", "water", "strokes"]);
+        (style.light.shadow, style.light.occlusion, style.light.crests) = (0.0, 0.0, 0.0);
+    }
     for mut saddle in saddles {
         for camera in CAMERAS {
             let mut renderer = Renderer::new(&saddle.land.world.gpu).unwrap();
@@ -214,6 +223,12 @@ fn contour_lines_are_at_their_heights_far_from_the_origin() {
     let interval_m = 40.0;
     let Some(mut land) = Land::far_of(&grid_of(SAMPLES, SAMPLES, SPACING_M, height_m)) else { return };
     let mut style = Style::load("pen").unwrap();
+    if !full() {
+        // Contour lines depend on neither tones nor other layers.
+        let lines = style.lowest_height_lines().cloned();
+        style = Style::load("plain").unwrap();
+        style.set_height_lines(lines);
+    }
     style.lowest_height_lines_mut().unwrap().interval_m = interval_m as f32;
     let size_px = [200, 150];
     for camera in ["0,0,4000,0,-90,50", "0,-2500,2600,0,-40,50"] {

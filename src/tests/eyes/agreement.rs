@@ -10,6 +10,12 @@ use super::*;
 use crate::tests::common::{World, full};
 
 const SIZE_PX: [u32; 2] = [480, 270];
+
+/// Returns the size of the pictures of tests whose results hardly depend on it: smaller in the fast tier.
+fn small_px() -> [u32; 2] {
+    if full() { SIZE_PX } else { SIZE_PX.map(|side| side / 2) }
+}
+
 const MOUNTAINS: [(&str, &str); 3] = [
     ("dem/geotiff/mt_rainier_90m.tif", "-19800,30500,+500,0,3,50"),
     ("dem/geotiff/mt_everest_90m.tif", "0,-15000,+900,0,2,50"),
@@ -30,9 +36,11 @@ fn places(real: usize) -> Vec<(String, World, Pose)> {
 }
 
 /// Returns a wide distance between eyes: a thirtieth of the distance to the nearest land.
-fn wide_m(world: &mut World, pose: Pose, style: &Style) -> f64 {
+fn wide_m(world: &mut World, pose: Pose) -> f64 {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, style).unwrap().unwrap() / 30.0
+    // Any style will do, and this one is the cheapest.
+    let style = Style::load("plain").unwrap();
+    nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, &style).unwrap().unwrap() / 30.0
 }
 
 fn of(metrics: &Metrics, name: &str) -> f64 {
@@ -42,26 +50,30 @@ fn of(metrics: &Metrics, name: &str) -> f64 {
 #[test]
 fn lines_of_far_land_have_partners() {
     let style = Style::load("lsa").unwrap();
-    for (place, mut world, pose) in places(3) {
-        let wide_m = wide_m(&mut world, pose, &style);
+    for (place, mut world, pose) in places(if full() { 3 } else { 0 }) {
+        let wide_m = wide_m(&mut world, pose);
         let mut at = |style: &Style, ipd_m: f64| {
             let eyes = draw(&world.gpu, &mut world.surfaces, style, &rig(pose, ipd_m, SIZE_PX));
             (agreement(&eyes), eyes)
         };
-        let (narrow, _) = at(&style, IPD_M);
+        let orphans_of = |metrics: &Metrics| of(metrics, "orphans");
+        // In the fast tier another test draws this land for eyes 65 mm apart.
+        if full() {
+            let narrow = orphans_of(&at(&style, IPD_M).0);
+            println!("{place}: orphans {:.4} % at 65 mm", 100.0 * narrow);
+            assert!(narrow <= 1e-3, "{place}: too many lines without a partner at 65 mm");
+        }
         let (wide, eyes) = at(&style, wide_m);
         let (alone, _) = at(&ink_alone(), wide_m);
-        let orphans_of = |metrics: &Metrics| of(metrics, "orphans");
         println!(
-            "{place}: orphans {:.4} % at 65 mm, {:.4} % at {wide_m:.1} m, alone {:.4} %; correlation of ink {:.3}; \
-             coverage {:.3} of that alone",
-            100.0 * orphans_of(&narrow),
+            "{place}: orphans {:.4} % at {wide_m:.1} m, alone {:.4} %; correlation of ink {:.3}; coverage {:.3} of \
+             that alone",
             100.0 * orphans_of(&wide),
             100.0 * orphans_of(&alone),
             of(&wide, "line_correlation"),
             of(&wide, "line_coverage") / of(&alone, "line_coverage")
         );
-        assert!(orphans_of(&narrow) <= 1e-3 && orphans_of(&wide) <= 1e-3, "{place}: too many lines without a partner");
+        assert!(orphans_of(&wide) <= 1e-3, "{place}: too many lines without a partner");
         assert!(of(&wide, "line_correlation") >= 0.9, "{place}: the correlation of ink is below 0.9");
         assert!(
             (of(&wide, "line_coverage") / of(&alone, "line_coverage") - 1.0).abs() <= 0.15,
@@ -83,9 +95,9 @@ fn holes_take_no_lines_of_pairs() {
     let (file, camera) = MOUNTAINS[0];
     let Some(mut world) = World::real(file, 1.0) else { return };
     let pose = world.pose(camera);
-    let wide_m = wide_m(&mut world, pose, &Style::load("lsa").unwrap());
+    let wide_m = wide_m(&mut world, pose);
     let [agreed, alone] = [Style::load("lsa").unwrap(), ink_alone()].map(|style| {
-        let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
+        let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, small_px()));
         of(&agreement(&eyes), "line_coverage")
     });
     println!("line coverage {:.3} % with agreement, {:.3} % alone", 100.0 * agreed, 100.0 * alone);
@@ -95,12 +107,14 @@ fn holes_take_no_lines_of_pairs() {
 #[test]
 fn what_lacks_a_partner_is_reported() {
     let Some((place, mut world, pose)) = places(0).into_iter().next() else { return };
-    let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("lsa").unwrap(), &rig(pose, IPD_M, SIZE_PX));
+    let size_px = small_px();
+    let scale = f64::from(size_px[0]) / f64::from(SIZE_PX[0]);
+    let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("lsa").unwrap(), &rig(pose, IPD_M, size_px));
     // Planted error: the right eye's lines are erased in a rectangle.
     let mut rubbed = eyes[1].clone();
-    let (low, high) = (DVec2::new(200.0, 120.0), DVec2::new(360.0, 240.0));
+    let (low, high) = (DVec2::new(200.0, 120.0) * scale, DVec2::new(360.0, 240.0) * scale);
     let is_in = |pixel: usize, by_px: f64| {
-        let at = DVec2::new((pixel as u32 % SIZE_PX[0]).into(), (pixel as u32 / SIZE_PX[0]).into());
+        let at = DVec2::new((pixel as u32 % size_px[0]).into(), (pixel as u32 / size_px[0]).into());
         at.cmpge(low - by_px).all() && at.cmplt(high + by_px).all()
     };
     rubbed
@@ -117,16 +131,16 @@ fn what_lacks_a_partner_is_reported() {
     let elsewhere = (0..ink.len()).filter(|pixel| !is_in(*pixel, 4.0) && lone[*pixel] > 0.1).count();
     let found = lone.iter().filter(|ink| **ink > 0.5).count();
     println!("{place}: {found} pixels lack a partner, {missed} are missed, {elsewhere} are elsewhere");
-    assert!(found > 100 && missed == 0 && elsewhere == 0);
+    assert!(found as f64 > 100.0 * scale && missed == 0 && elsewhere == 0);
 }
 
 #[test]
 fn strokes_of_two_eyes_are_the_same_strokes() {
-    for (place, mut world, pose) in places(1) {
-        for name in ["strokes", "charcoal"] {
+    for (place, mut world, pose) in places(usize::from(full())) {
+        let wide_m = wide_m(&mut world, pose);
+        for name in ["strokes", "charcoal"].into_iter().take(if full() { 2 } else { 1 }) {
             let mut style = Style::load(name).unwrap();
             style.strokes_mut().unwrap().wobble_px = 0.0;
-            let wide_m = wide_m(&mut world, pose, &style);
             let mut at = |ipd_m: f64| {
                 let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
                 (agreement(&eyes), eyes)
@@ -156,11 +170,11 @@ fn strokes_of_two_eyes_are_the_same_strokes() {
 
 #[test]
 fn marks_of_two_eyes_are_as_dark() {
-    for (place, mut world, pose) in places(1) {
-        let names = ["crosshatch", "stipple", "hachures", "pencil", "charcoal", "rock"];
-        for name in names.into_iter().take(if full() { 6 } else { 3 }) {
+    for (place, mut world, pose) in places(usize::from(full())) {
+        let wide_m = wide_m(&mut world, pose);
+        let names = ["stipple", "crosshatch", "hachures", "pencil", "charcoal", "rock"];
+        for name in names.into_iter().take(if full() { 6 } else { 1 }) {
             let style = Style::load(name).unwrap();
-            let wide_m = wide_m(&mut world, pose, &style);
             let mut eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
             let correlation = of(&agreement(&eyes), "mark_correlation");
             println!("{place}, {name}: correlation of the ink of marks {correlation:.3}");
@@ -183,9 +197,9 @@ fn marks_of_two_eyes_are_as_dark() {
 #[ignore = "a measurement"]
 fn table() {
     for (place, mut world, pose) in places(3) {
+        let wide_m = wide_m(&mut world, pose);
         for name in hachure::style::names() {
             let style = Style::load(name).unwrap();
-            let wide_m = wide_m(&mut world, pose, &style);
             for ipd_m in [IPD_M, wide_m] {
                 let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
                 let metrics = agreement(&eyes);

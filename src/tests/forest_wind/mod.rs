@@ -8,9 +8,8 @@ mod frames;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::tests::helpers::forest::{DrawnTree, listed, of};
-use common::World;
 use common::draw::{draw, floats, halves, north_west, places};
-use common::{grid_of, quantile};
+use common::{World, full, grid_of, quantile};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
 use hachure::frame::{Antialias, Renderer, SAMPLES_AT_REST};
@@ -64,11 +63,11 @@ fn centre(pixel: usize) -> DVec2 {
     DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
 }
 
-/// Draws a view twice; the first frame loads the tiles.
+/// Draws a view; in the long tier twice, where the first frame loads the tiles.
 fn shown(world: &mut World, renderer: &mut Renderer, view: View) -> Shown {
     let style = Style::load("plain").unwrap();
     renderer.set_wants_motion(true);
-    for _ in 0..2 {
+    for _ in 0..if full() { 2 } else { 1 } {
         draw(&world.gpu, &mut world.surfaces, renderer, &view, &style, &north_west());
     }
     let target = |kind| renderer.target(kind).unwrap();
@@ -87,10 +86,11 @@ fn without_wind_the_clock_is_nothing() {
     let Some(mut world) = wooded(Form::Birch, 200.0, None) else { return };
     let pose = world.pose(CAMERA);
     let style = Style::load("lsa").unwrap();
+    let size_px = if full() { SIZE_PX } else { [96, 54] };
     let mut picture = |wind: Option<Wind>, now_s: f64| {
         world.surfaces.set_wind(wind);
         let mut renderer = Renderer::new(&world.gpu).unwrap();
-        let view = View::whole(pose, pose, SIZE_PX).at(Clock::still(now_s));
+        let view = View::whole(pose, pose, size_px).at(Clock::still(now_s));
         for _ in 0..2 {
             draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &north_west());
         }
@@ -286,7 +286,8 @@ fn tops_lean_as_far_as_the_wind_says() {
 
 #[test]
 fn a_mesh_and_its_impostor_lean_alike() {
-    for (form, speed_m_s) in [(Form::Broadleaf, 10.0), (Form::Conifer, 25.0)] {
+    let all = [(Form::Broadleaf, 10.0), (Form::Conifer, 25.0)];
+    for (form, speed_m_s) in all.into_iter().take(if full() { 2 } else { 1 }) {
         let wind = Wind { speed_m_s, ..WIND };
         let Some(mut world) = wooded(form, 12.0, Some(wind)) else { return };
         let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -112,13 +112,13 @@ fn removed(shots: &[Inked], step: usize) -> usize {
 #[test]
 fn nothing_pops_while_zooming_through_octaves() {
     let Some(mut plane) = Plane::new(15.0) else { return };
-    // Three octaves; in the fast tier one and the beginning of the next, since all octaves are alike.
-    let octaves: f64 = if full() { 3.0 } else { 1.1 };
+    // Three octaves; in the fast tier a little more than half of one, since all halves are alike.
+    let octaves: f64 = if full() { 3.0 } else { 0.52 };
     let count = (octaves * 2.0_f64.ln() / ZOOM.ln()).ceil() as usize + 1;
     let mut failed = Vec::new();
-    // In the fast tier lines by one rule and dots by each.
+    // In the fast tier only lines that blend: the climb in `seams` has marks that are added.
     let all = [("blend", "line"), ("blend", "stipple"), ("add", "stipple"), ("blend", "hachure"), ("add", "line")];
-    for (scale, marks) in all.into_iter().take(if full() { all.len() } else { 3 }) {
+    for (scale, marks) in all.into_iter().take(if full() { all.len() } else { 1 }) {
         let shots = frames(&mut plane, scale, &fixed(marks, 0.0), 0.4, count);
         let largest = largest_pop(&shots);
         let change = largest_change(&shots, 0.4);

@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::tests::common::full;
 use crate::tests::hatching::grain::{Land, Off, Window, between_deg};
 use crate::tests::hatching::plane::style;
 use hachure::style::Style;
@@ -56,6 +57,13 @@ fn wanted(land: &Land, window: &Window, to: Wanted, turn_deg: f64) -> Option<DVe
     (!window.corners_m.iter().any(bends)).then_some(middle)
 }
 
+/// Returns the scales and marks with which a test draws one of its directions: all, or in the fast tier one of them,
+/// which depends on the number of the direction.
+fn drawn_with(number: usize) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let all = [("blend", "line"), ("add", "hachure"), ("add", "line"), ("blend", "hachure")];
+    all.into_iter().cycle().skip(number).take(if full() { all.len() } else { 1 })
+}
+
 #[test]
 fn marks_run_where_the_style_says() {
     let Some(mut land) = Land::hill(1.0) else { return };
@@ -67,34 +75,26 @@ fn marks_run_where_the_style_says() {
         ("slope", -40.0, |rise| DVec2::from_angle(40_f64.to_radians()).rotate(rise)),
         ("contour", 30.0, |rise| DVec2::from_angle(-30_f64.to_radians()).rotate(rise.perp())),
     ];
-    for scale in ["blend", "add"] {
-        for (direction, angle_deg, to) in ways {
-            for marks in ["line", "hachure"] {
-                let style = style(scale, 0.35, &layer(marks, direction, angle_deg));
-                let windows = windows(&mut land, &style);
-                let off = |to, turn_deg| Off::of(&windows, |window| wanted(&land, window, to, turn_deg));
-                let right = off(to, 0.0);
-                println!("{scale} {marks} {direction} {angle_deg}: {right:.2?}");
-                let has_charts = direction == "slope" || angle_deg != 0.0 && direction != "fixed";
-                let allowed_deg = allowed_deg(marks, has_charts);
-                assert!(
-                    right.holds(allowed_deg),
-                    "{scale} {marks} {direction} {angle_deg}: directions deviate: {right:?}"
-                );
-                for turn_deg in [20.0, -20.0, 10.0] {
-                    let planted = off(to, turn_deg);
-                    assert!(
-                        !planted.holds(allowed_deg),
-                        "a planted rotation of {turn_deg}° was not detected: {planted:?}"
-                    );
-                }
-                let (fall, level): (Wanted, Wanted) = (|rise| rise, |rise| rise.perp());
-                let swapped = off(if direction == "slope" { level } else { fall }, 0.0);
-                assert!(
-                    !swapped.holds(allowed_deg),
-                    "{scale} {marks} {direction}: swapping fall and contour was not detected: {swapped:?}"
-                );
+    for (number, (direction, angle_deg, to)) in ways.into_iter().enumerate() {
+        for (scale, marks) in drawn_with(number) {
+            let style = style(scale, 0.35, &layer(marks, direction, angle_deg));
+            let windows = windows(&mut land, &style);
+            let off = |to, turn_deg| Off::of(&windows, |window| wanted(&land, window, to, turn_deg));
+            let right = off(to, 0.0);
+            println!("{scale} {marks} {direction} {angle_deg}: {right:.2?}");
+            let has_charts = direction == "slope" || angle_deg != 0.0 && direction != "fixed";
+            let allowed_deg = allowed_deg(marks, has_charts);
+            assert!(right.holds(allowed_deg), "{scale} {marks} {direction} {angle_deg}: directions deviate: {right:?}");
+            for turn_deg in [20.0, -20.0, 10.0] {
+                let planted = off(to, turn_deg);
+                assert!(!planted.holds(allowed_deg), "a planted rotation of {turn_deg}° was not detected: {planted:?}");
             }
+            let (fall, level): (Wanted, Wanted) = (|rise| rise, |rise| rise.perp());
+            let swapped = off(if direction == "slope" { level } else { fall }, 0.0);
+            assert!(
+                !swapped.holds(allowed_deg),
+                "{scale} {marks} {direction}: swapping fall and contour was not detected: {swapped:?}"
+            );
         }
     }
 }
@@ -141,40 +141,35 @@ fn marks_follow_how_folds_bend() {
         let phase = std::f64::consts::TAU / FOLD_M * RULING.perp_dot(window.place_m.truncate());
         phase.sin().abs() > 0.3
     };
-    for scale in ["blend", "add"] {
-        for (angle_deg, to, other) in [(0.0, greatest, least), (90.0, least, greatest)] {
-            for marks in ["line", "hachure"] {
-                let style = style(scale, 0.35, &layer(marks, "curvature", angle_deg));
-                // The last camera is left out: it is so near that the land looks flat to it.
-                let windows: Vec<Window> =
-                    CAMERAS[..3].iter().flat_map(|camera| land.shoot(camera, &style).windows()).collect();
-                let off = |to, turn_deg| {
-                    Off::of(&windows, |window| wanted(&land, window, to, turn_deg).filter(|_| is_bent(window)))
-                };
-                let right = off(to, 0.0);
-                println!("{scale} {marks} by curvature, turned by {angle_deg}: {right:.2?}");
-                // Charts are farther apart where the land is steep.
-                let allowed_deg = allowed_deg(marks, true).map(|deg| 1.3 * deg);
-                assert!(right.holds(allowed_deg), "{scale} {marks} {angle_deg}: directions deviate: {right:?}");
-                for turn_deg in [20.0, -20.0, 10.0] {
-                    let planted = off(to, turn_deg);
-                    assert!(
-                        !planted.holds(allowed_deg),
-                        "a planted rotation of {turn_deg}° was not detected: {planted:?}"
-                    );
-                }
-                let swapped = off(other, 0.0);
-                assert!(
-                    !swapped.holds(allowed_deg),
-                    "{scale} {marks} {angle_deg}: swapping the two directions was not detected: {swapped:?}"
-                );
-                // Marks that ran down the slope would not follow the folds.
-                let slope = off(|rise| rise, 0.0);
-                assert!(
-                    !slope.holds(allowed_deg),
-                    "{scale} {marks} {angle_deg}: directions of the slope were not detected as wrong: {slope:?}"
-                );
+    for (number, (angle_deg, to, other)) in [(0.0, greatest, least), (90.0, least, greatest)].into_iter().enumerate() {
+        for (scale, marks) in drawn_with(number) {
+            let style = style(scale, 0.35, &layer(marks, "curvature", angle_deg));
+            // The last camera is left out: it is so near that the land looks flat to it.
+            let windows: Vec<Window> =
+                CAMERAS[..3].iter().flat_map(|camera| land.shoot(camera, &style).windows()).collect();
+            let off = |to, turn_deg| {
+                Off::of(&windows, |window| wanted(&land, window, to, turn_deg).filter(|_| is_bent(window)))
+            };
+            let right = off(to, 0.0);
+            println!("{scale} {marks} by curvature, turned by {angle_deg}: {right:.2?}");
+            // Charts are farther apart where the land is steep.
+            let allowed_deg = allowed_deg(marks, true).map(|deg| 1.3 * deg);
+            assert!(right.holds(allowed_deg), "{scale} {marks} {angle_deg}: directions deviate: {right:?}");
+            for turn_deg in [20.0, -20.0, 10.0] {
+                let planted = off(to, turn_deg);
+                assert!(!planted.holds(allowed_deg), "a planted rotation of {turn_deg}° was not detected: {planted:?}");
             }
+            let swapped = off(other, 0.0);
+            assert!(
+                !swapped.holds(allowed_deg),
+                "{scale} {marks} {angle_deg}: swapping the two directions was not detected: {swapped:?}"
+            );
+            // Marks that ran down the slope would not follow the folds.
+            let slope = off(|rise| rise, 0.0);
+            assert!(
+                !slope.holds(allowed_deg),
+                "{scale} {marks} {angle_deg}: directions of the slope were not detected as wrong: {slope:?}"
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Tests that marks are independent of tiles and levels of detail: no seam shows where these meet.
 
-use crate::tests::common::{quantile, rough_height_m};
+use crate::tests::common::{full, quantile, rough_height_m};
 use crate::tests::hatching::grain::{Land, WINDOW_PX, between_deg};
 use crate::tests::hatching::plane::{Inked, style};
 
@@ -12,7 +12,13 @@ fn layers(direction: &str, angle_deg: f64) -> String {
 }
 
 const HILL_CAMERAS: [&str; 3] = ["200,-250,1300,0,-90,50", "-900,-1300,900,35,-35,50", "-800,500,1500,160,-70,50"];
-const DIRECTIONS: [&str; 3] = ["fixed", "slope", "contour"];
+
+/// Returns scales with directions; in the fast tier two that share neither.
+fn ways() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let of_scale = |scale| ["fixed", "slope", "contour"].map(|direction| (scale, direction));
+    let all = ["blend", "add"].into_iter().flat_map(of_scale);
+    all.filter(|way| full() || [("blend", "slope"), ("add", "contour")].contains(way))
+}
 
 /// Distance from a seam to the pixels that it is compared with.
 const NEARBY_PX: i64 = 4;
@@ -77,40 +83,31 @@ fn broken(shot: &Inked) -> Inked {
 
 #[test]
 fn nothing_shows_where_patches_meet() {
-    for (name, land, cameras) in [
-        ("hill", Land::hill(1.0), HILL_CAMERAS),
-        (
-            "rough",
-            Land::new(641, 20.0, rough_height_m),
-            ["0,0,+2500,20,-90,50", "-900,-1300,+2500,35,-60,50", "-1800,2100,+2500,140,-70,50"],
-        ),
-    ] {
+    let hill = full().then(|| ("hill", Land::hill(1.0), HILL_CAMERAS));
+    let rough = (
+        "rough",
+        Land::new(641, 20.0, rough_height_m),
+        ["0,0,+2500,20,-90,50", "-900,-1300,+2500,35,-60,50", "-1800,2100,+2500,140,-70,50"],
+    );
+    for (name, land, cameras) in hill.into_iter().chain([rough]) {
         let Some(mut land) = land else { return };
-        for scale in ["blend", "add"] {
-            for direction in DIRECTIONS {
-                let style = style(scale, 0.4, &layers(direction, 0.0));
-                let (mut seams, mut planted) = (Seams::default(), Seams::default());
-                for camera in cameras {
-                    let shot = land.shoot(camera, &style);
-                    seen(&mut seams, &shot);
-                    seen(&mut planted, &broken(&shot));
-                }
-                let part = |seams: Seams| seams.across / seams.nearby;
-                println!(
-                    "{name} {scale} {direction}: ink changes {:.3} times as much at {} seams, {:.3} when broken",
-                    part(seams),
-                    seams.count,
-                    part(planted)
-                );
-                assert!(
-                    seams.count > 1000 && is_seamless(seams),
-                    "{name} {scale} {direction}: a seam shows: {seams:?}"
-                );
-                assert!(
-                    !is_seamless(planted),
-                    "{name} {scale} {direction}: a planted seam was not detected: {planted:?}"
-                );
+        for (scale, direction) in ways() {
+            let style = style(scale, 0.4, &layers(direction, 0.0));
+            let (mut seams, mut planted) = (Seams::default(), Seams::default());
+            for camera in cameras {
+                let shot = land.shoot(camera, &style);
+                seen(&mut seams, &shot);
+                seen(&mut planted, &broken(&shot));
             }
+            let part = |seams: Seams| seams.across / seams.nearby;
+            println!(
+                "{name} {scale} {direction}: ink changes {:.3} times as much at {} seams, {:.3} when broken",
+                part(seams),
+                seams.count,
+                part(planted)
+            );
+            assert!(seams.count > 1000 && is_seamless(seams), "{name} {scale} {direction}: a seam shows: {seams:?}");
+            assert!(!is_seamless(planted), "{name} {scale} {direction}: a planted seam was not detected: {planted:?}");
         }
     }
 }
@@ -146,15 +143,13 @@ fn cracked(shot: &Inked) -> Inked {
 fn there_is_as_much_ink_where_patches_meet() {
     let Some(mut land) = Land::hill(1.0) else { return };
     let is_even = |[across, whole]: [f64; 2]| (across - whole).abs() < 0.016;
-    for scale in ["blend", "add"] {
-        for direction in DIRECTIONS {
-            let style = style(scale, 0.4, &layers(direction, 0.0));
-            let shots = HILL_CAMERAS.map(|camera| land.shoot(camera, &style));
-            let (right, planted) = (means(&shots), means(&shots.each_ref().map(cracked)));
-            println!("{scale} {direction}: ink where patches meet, and elsewhere {right:.4?}, cracked {planted:.4?}");
-            assert!(is_even(right), "{scale} {direction}: ink differs where patches meet: {right:?}");
-            assert!(!is_even(planted), "{scale} {direction}: a planted crack was not detected: {planted:?}");
-        }
+    for (scale, direction) in ways() {
+        let style = style(scale, 0.4, &layers(direction, 0.0));
+        let shots = HILL_CAMERAS.map(|camera| land.shoot(camera, &style));
+        let (right, planted) = (means(&shots), means(&shots.each_ref().map(cracked)));
+        println!("{scale} {direction}: ink where patches meet, and elsewhere {right:.4?}, cracked {planted:.4?}");
+        assert!(is_even(right), "{scale} {direction}: ink differs where patches meet: {right:?}");
+        assert!(!is_even(planted), "{scale} {direction}: a planted crack was not detected: {planted:?}");
     }
 }
 
@@ -175,35 +170,31 @@ fn is_same([angle_deg, ink]: [f64; 2]) -> bool {
 
 #[test]
 fn coarser_tiles_have_the_same_marks() {
-    for (name, land, camera) in [
-        ("hill", Land::hill(1.0), "-900,-1300,900,35,-35,50"),
-        ("rough", Land::new(641, 20.0, rough_height_m), "0,0,+4000,20,-70,50"),
-    ] {
+    let hill = ("hill", Land::hill(1.0), "-900,-1300,900,35,-35,50");
+    let rough = full().then(|| ("rough", Land::new(641, 20.0, rough_height_m), "0,0,+4000,20,-70,50"));
+    for (name, land, camera) in [hill].into_iter().chain(rough) {
         let Some(mut land) = land else { return };
-        for scale in ["blend", "add"] {
-            for direction in DIRECTIONS {
-                let shots = [(0.25, 0.0), (2.0, 0.0), (2.0, 8.0)].map(|(lod_error_px, turn_deg)| {
-                    land.world.surfaces.terrain.set_lod_error_px(lod_error_px);
-                    land.shoot(camera, &style(scale, 0.4, &layers(direction, turn_deg)))
-                });
-                let patches = |shot: &Inked| shot.patch.iter().collect::<std::collections::BTreeSet<_>>().len();
-                let [fine, coarse, turned] = &shots;
-                let off = apart(fine, coarse);
-                assert!(patches(fine) > 2 * patches(coarse));
-                assert!(is_same(off), "{name} {scale} {direction}: marks on coarser tiles differ: {off:?}");
-                assert!(!is_same(apart(fine, turned)), "other directions were not detected");
-                println!(
-                    "{name} {scale} {direction}: {off:.3?}, patches {} {}",
-                    patches(&shots[0]),
-                    patches(&shots[1])
-                );
-            }
+        for (scale, direction) in ways() {
+            let shots = [(0.25, 0.0), (2.0, 0.0), (2.0, 8.0)].map(|(lod_error_px, turn_deg)| {
+                land.world.surfaces.terrain.set_lod_error_px(lod_error_px);
+                land.shoot(camera, &style(scale, 0.4, &layers(direction, turn_deg)))
+            });
+            let patches = |shot: &Inked| shot.patch.iter().collect::<std::collections::BTreeSet<_>>().len();
+            let [fine, coarse, turned] = &shots;
+            let off = apart(fine, coarse);
+            assert!(patches(fine) > 2 * patches(coarse));
+            assert!(is_same(off), "{name} {scale} {direction}: marks on coarser tiles differ: {off:?}");
+            assert!(!is_same(apart(fine, turned)), "other directions were not detected");
+            println!("{name} {scale} {direction}: {off:.3?}, patches {} {}", patches(&shots[0]), patches(&shots[1]));
         }
     }
 }
 
-/// Number of frames of a climb through two octaves.
-const FRAMES: i32 = 36;
+/// Returns the number of frames of a climb through two octaves; in the fast tier it ends after more than one.
+fn frames() -> i32 {
+    if full() { 36 } else { 24 }
+}
+
 /// A frame stands out if its change of ink is more than this factor times the median.
 const STANDS_OUT: f64 = 1.3;
 
@@ -221,9 +212,11 @@ fn worst(shots: &[Inked]) -> (f64, f64) {
 #[test]
 fn no_frame_of_a_climb_stands_out() {
     let Some(mut land) = Land::hill(3.0) else { return };
-    for (scale, direction) in [("blend", "slope"), ("blend", "contour"), ("add", "slope")] {
+    // In the fast tier only marks that are added: the zoom in `continuous` has marks that blend.
+    let all = [("add", "slope"), ("blend", "slope"), ("blend", "contour")];
+    for (scale, direction) in all.into_iter().take(if full() { all.len() } else { 1 }) {
         let style = style(scale, 0.4, &layers(direction, 0.0));
-        let mut shots: Vec<Inked> = (0..FRAMES)
+        let mut shots: Vec<Inked> = (0..frames())
             .map(|i| land.shoot(&format!("700,-750,{},0,-80,50", 1500.0 * 1.04_f64.powi(i)), &style))
             .collect();
         let (most, part) = worst(&shots);

@@ -4,4 +4,5 @@ pub mod forest;
 pub mod probe;
 pub mod shapes;
 pub mod stroke_lines;
+pub mod styles;
 pub mod tones;

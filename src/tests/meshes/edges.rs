@@ -12,9 +12,10 @@ use hachure::surface::SURFACE_ID;
 use hachure::surface::edges::Edge;
 use hachure::surface::edges::{EDGE_DRAW, EDGES};
 
-use crate::tests::common::World;
 use crate::tests::common::draw::{NOON, draw, still};
+use crate::tests::common::{World, full};
 use crate::tests::helpers::stroke_lines::strokes_left;
+use crate::tests::helpers::styles::of_outlines;
 use crate::tests::meshes::shapes;
 
 const SIZE_PX: [u32; 2] = [640, 360];
@@ -42,7 +43,7 @@ struct Bench {
 impl Bench {
     fn new() -> Option<Self> {
         let (_, mut world) = shapes::hill()?;
-        let mut style = Style::load("strokes").unwrap();
+        let mut style = of_outlines(Style::load("strokes").unwrap());
         let strokes = style.strokes_mut().unwrap();
         strokes.crease_deg = Some(CREASE_DEG);
         // Strokes, and so edges, are updated in every frame.
@@ -140,7 +141,9 @@ fn the_gpu_finds_what_brute_force_finds() {
     let Some(mut bench) = Bench::new() else { return };
     for (name, soup) in [("sphere", shapes::sphere(4)), ("cube", shapes::cube()), ("sheet", shapes::sheet())] {
         let (mut all, mut unsure) = ([0; 3], 0);
-        for (eye, away_m) in [4.0, 5.0, 7.5, 12.0, 40.0].into_iter().enumerate() {
+        // In the fast tier the sphere, whose many edges rounding may decide, is seen by every second eye.
+        let is_drawn = |(eye, _): &(usize, f64)| full() || *eye == 0 || name == "sphere" && *eye % 2 == 0;
+        for (eye, away_m) in [4.0, 5.0, 7.5, 12.0, 40.0].into_iter().enumerate().filter(is_drawn) {
             let mesh = turned(soup.clone(), 0.9 * eye as f64);
             let (edges, drawn) = bench.find(&mesh, 70.0 * eye as f64, away_m);
             let gpu = of_gpu(&edges);

@@ -13,7 +13,8 @@ use hachure::style::Style;
 use crate::tests::common::draw::{NOON, draw, still};
 use crate::tests::common::full;
 use crate::tests::common::hill::Hill;
-use crate::tests::common::shot::{Shot, ink, shoot, shoot_style};
+use crate::tests::common::shot::{Shot, ink, shoot_style};
+use crate::tests::helpers::styles::of_outlines;
 use crate::tests::meshes::shapes;
 
 const SIZE_PX: [u32; 2] = [480, 270];
@@ -41,28 +42,36 @@ fn cast(mesh: &Mesh, standing: &Standing, triangle: usize, eye_m: DVec3, ray: DV
     (t > 0.0 && parts.iter().all(|part| *part >= -1e-3)).then_some((t, normal))
 }
 
-/// Counts pixels of a mesh: all of them, those off in position by more than 1e-5 of the distance, those off in the
-/// normal by more than 2e-3 rad, and those that show a triangle which is not the nearest.
-fn off(shot: &Shot, mesh: &Mesh, standing: &Standing) -> [usize; 4] {
-    let eye_m = shot.view.pose.position_m;
-    let mut counts = [0; 4];
-    for pixel in (0..shot.id.len()).filter(|&pixel| shot.id[pixel] >> 31 == 1) {
-        counts[0] += 1;
-        let ray = shot.ray(pixel);
+/// Returns the pixels of a mesh, and for each of them the intersection of its ray with the triangle that it shows.
+fn hits(shot: &Shot, mesh: &Mesh, standing: &Standing) -> Vec<(usize, Option<(f64, DVec3)>)> {
+    let hit = |pixel: usize| {
         let number = (shot.id[pixel] & 0x7fff_ffff) as usize;
-        let Some((t, normal)) = cast(mesh, standing, number, eye_m, ray) else {
-            counts[3] += 1;
-            continue;
-        };
-        counts[1] += usize::from(shot.position_m[pixel].distance(ray * t) > 1e-5 * ray.length() * t);
-        counts[2] += usize::from(shot.normal[pixel].angle_between(normal) > 2e-3);
-        let first = (0..mesh.triangles.len())
-            .filter_map(|triangle| cast(mesh, standing, triangle, eye_m, ray))
-            .map(|hit| hit.0)
-            .fold(f64::INFINITY, f64::min);
-        counts[3] += usize::from(first < t * (1.0 - 1e-4));
+        (pixel, cast(mesh, standing, number, shot.view.pose.position_m, shot.ray(pixel)))
+    };
+    (0..shot.id.len()).filter(|&pixel| shot.id[pixel] >> 31 == 1).map(hit).collect()
+}
+
+/// Counts pixels of a mesh: those off in position by more than 1e-5 of the distance, and those off in the normal by
+/// more than 2e-3 rad.
+fn off(shot: &Shot, mesh: &Mesh, standing: &Standing) -> [usize; 2] {
+    let mut counts = [0; 2];
+    for (pixel, hit) in hits(shot, mesh, standing) {
+        let Some((t, normal)) = hit else { continue };
+        let ray = shot.ray(pixel);
+        counts[0] += usize::from(shot.position_m[pixel].distance(ray * t) > 1e-5 * ray.length() * t);
+        counts[1] += usize::from(shot.normal[pixel].angle_between(normal) > 2e-3);
     }
     counts
+}
+
+/// Counts pixels of a mesh: all of them, and those that show a triangle which is not the nearest.
+fn hidden(shot: &Shot, mesh: &Mesh, standing: &Standing) -> [usize; 2] {
+    let hits = hits(shot, mesh, standing);
+    let is_hidden = |(pixel, hit): &&(usize, Option<(f64, DVec3)>)| {
+        let of = |triangle| cast(mesh, standing, triangle, shot.view.pose.position_m, shot.ray(*pixel));
+        hit.is_none_or(|(t, _)| (0..mesh.triangles.len()).filter_map(of).any(|hit| hit.0 < t * (1.0 - 1e-4)))
+    };
+    [hits.len(), hits.iter().filter(is_hidden).count()]
 }
 
 #[test]
@@ -70,18 +79,19 @@ fn position_and_normal_are_those_of_an_exact_ray() {
     let Some((hill, mut world)) = shapes::hill() else {
         return;
     };
-    let mut renderer = None;
-    for (name, soup) in [("sphere", shapes::sphere(3)), ("cube", shapes::cube()), ("sheet", shapes::sheet())] {
+    let (mut renderer, style) = (None, of_outlines(ink("footprint")));
+    let soups = [("sphere", shapes::sphere(3)), ("sheet", shapes::sheet()), ("cube", shapes::cube())];
+    for (name, soup) in soups.into_iter().take(if full() { 3 } else { 2 }) {
         let mesh = Arc::new(shapes::mesh(soup));
-        // In the fast tier the sphere is seen from near, and the others from above.
+        // In the fast tier the sphere is seen from near, and the sheet from above.
         let cameras = [("-320,-620,+8,8,3,40", 20.0), ("-900,-1200,+300,40,-14,20", 60.0)];
         let is_drawn = |(_, radius_m): &(&str, f64)| full() || (*radius_m == 20.0) == (name == "sphere");
         for (camera, radius_m) in cameras.into_iter().filter(is_drawn) {
             let stance = shapes::stance(standing_on(&hill, -300.0, -500.0, 0.5 * radius_m), 33.0, radius_m);
             let standing = shapes::place(&mut world, &mesh, &stance);
             let pose = world.pose(camera);
-            let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
-            let [pixels, position, normal, other] = off(&shot, &mesh, &standing);
+            let shot = shoot_style(&mut world, &mut renderer, pose, pose, SIZE_PX, &style, &PartRule::default());
+            let ([position, normal], [pixels, other]) = (off(&shot, &mesh, &standing), hidden(&shot, &mesh, &standing));
             println!("{name} {camera}: {pixels} px; off: {position} positions, {normal} normals; {other} triangles");
             assert!(pixels > 1500, "{pixels}");
             assert!(position * 1000 <= pixels && normal * 1000 <= pixels && other * 100 <= pixels);
@@ -91,12 +101,12 @@ fn position_and_normal_are_those_of_an_exact_ray() {
             assert!(lod_px.is_some_and(|lod_px| lod_px < 1.0), "{lod_px:?}");
             // Planted: a mesh 20 cm aside, and one with leaning normals.
             let aside = Standing { middle_m: standing.middle_m + DVec3::new(0.1, 0.1, 0.14), ..standing.clone() };
-            assert!(off(&shot, &mesh, &aside)[1] > pixels / 2);
+            assert!(off(&shot, &mesh, &aside)[0] > pixels / 2);
             let mut leaning = (*mesh).clone();
             for triangle in &mut leaning.triangles {
                 triangle.normals = triangle.normals.map(|normal| (normal + DVec3::splat(0.02)).normalize());
             }
-            assert!(off(&shot, &leaning, &standing)[2] > pixels / 2);
+            assert!(off(&shot, &leaning, &standing)[1] > pixels / 2);
         }
     }
 }
@@ -120,11 +130,11 @@ fn the_land_is_to_the_bit_what_it_is_without_meshes() {
     };
     let mesh = Arc::new(shapes::mesh(shapes::sphere(3)));
     let pose = world.pose("-320,-620,+8,8,3,40");
-    for style in
-        ["lsa", "strokes"].map(|name| if name == "lsa" { ink("footprint") } else { Style::load("lsa").unwrap() })
-    {
+    let styles = [of_outlines(ink("footprint")), Style::load("lsa").unwrap()];
+    let (size_px, least) = if full() { (SIZE_PX, [1500, 1000]) } else { (SIZE_PX.map(|side| side / 2), [375, 250]) };
+    for style in styles.into_iter().take(if full() { 2 } else { 1 }) {
         let take = |world: &mut crate::tests::common::World| {
-            shoot_style(world, &mut None, pose, pose, SIZE_PX, &style, &PartRule::default())
+            shoot_style(world, &mut None, pose, pose, size_px, &style, &PartRule::default())
         };
         world.surfaces.set_meshes(Placed::default());
         let bare = take(&mut world);
@@ -139,12 +149,12 @@ fn the_land_is_to_the_bit_what_it_is_without_meshes() {
         shapes::place(&mut world, &mesh, &shapes::stance(standing_on(&hill, -300.0, -500.0, 10.0), 0.0, 20.0));
         let with = take(&mut world);
         let pixels = with.id.iter().filter(|id| *id >> 31 == 1).count();
-        assert!(pixels > 1500 && pixels < with.id.len() / 2 && same_land(&bare, &with) == 0);
+        assert!(pixels > least[0] && pixels < with.id.len() / 2 && same_land(&bare, &with) == 0);
         assert!(bare.id.iter().all(|id| id >> 31 == 0));
         // Planted: another eye.
         let other = world.pose("-320,-620,+8.01,8,3,40");
-        let moved = shoot_style(&mut world, &mut None, other, other, SIZE_PX, &style, &PartRule::default());
-        assert!(same_land(&bare, &moved) > 1000);
+        let moved = shoot_style(&mut world, &mut None, other, other, size_px, &style, &PartRule::default());
+        assert!(same_land(&bare, &moved) > least[1]);
     }
 }
 
@@ -156,9 +166,10 @@ fn parts_of_a_large_picture_join() {
     let mesh = Arc::new(shapes::mesh(shapes::sphere(3)));
     shapes::place(&mut world, &mesh, &shapes::stance(standing_on(&hill, -300.0, -500.0, 10.0), 0.0, 20.0));
     let pose = world.pose("-320,-620,+8,8,3,40");
-    let style = ink("footprint");
+    let style = of_outlines(ink("footprint"));
     let whole = shoot_style(&mut world, &mut None, pose, pose, SIZE_PX, &style, &PartRule::default());
-    let rule = PartRule { whole_px: 0, part_px: 128, ..PartRule::default() };
+    let part_px = if full() { 128 } else { 192 };
+    let rule = PartRule { whole_px: 0, part_px, ..PartRule::default() };
     let parts = shoot_style(&mut world, &mut None, pose, pose, SIZE_PX, &style, &rule);
     let differs = |one: &Shot, other: &Shot| {
         let far = |i: &usize| (0..3).any(|k| (one.picture[*i][k] - other.picture[*i][k]).abs() > 0.02);

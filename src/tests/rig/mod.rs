@@ -19,9 +19,9 @@ use hachure::style::Style;
 use hachure::surface::SURFACE_ID;
 use hachure::surface::{DISTANCE, NORMAL};
 
-use crate::tests::common::World;
 use crate::tests::common::draw::halves;
 use crate::tests::common::hill::Hill;
+use crate::tests::common::{World, full, presets};
 
 const SIZE_PX: [u32; 2] = [128, 72];
 const START: &str = "900,-900,+20,315,3,60";
@@ -33,6 +33,12 @@ fn hill() -> Option<World> {
 /// Returns a hill on its own device.
 fn hill_apart() -> Option<World> {
     World::on_own_device(Hill::square(321, 10.0).1, 1.0)
+}
+
+/// Returns the presets that a test of all kinds of passes draws: in the fast tier one of each kind of lines, and one of
+/// strokes and marks.
+fn few_presets() -> Vec<&'static str> {
+    if full() { presets() } else { vec!["lsa", "tone-lines", "crosshatch"] }
 }
 
 fn light() -> Light {

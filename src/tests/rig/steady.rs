@@ -9,13 +9,13 @@ use hachure::scene::view::{Rig, View};
 use hachure::style::Style;
 
 use crate::tests::common::{full, preset};
-use crate::tests::rig::{START, draw_rig, hill_apart, view};
+use crate::tests::rig::{START, draw_rig, few_presets, hill, hill_apart, view};
 
 #[test]
 fn a_steady_frame_makes_no_gpu_object() {
-    let Some(mut world) = hill_apart() else { return };
+    let Some(mut world) = hill() else { return };
     let pose = world.pose(START);
-    for name in crate::tests::common::presets() {
+    for name in few_presets() {
         let mut style = preset(name);
         if !full() {
             // Strokes that are rebuilt more often draw both kinds of frames in fewer frames.

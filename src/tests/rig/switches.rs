@@ -4,16 +4,18 @@ use hachure::frame::Renderer;
 use hachure::scene::view::Rig;
 use hachure::style::Style;
 
-use crate::tests::rig::{START, differing, draw_rig, hill_apart, seen, view};
+use crate::tests::common::{full, preset};
+use crate::tests::rig::{START, differing, draw_rig, few_presets, hill, seen, view};
 
 /// `HACHURE_SWITCHES=200` tests all pairs of styles.
 #[test]
 fn styles_in_turns_draw_as_if_alone() {
-    let Some(mut world) = hill_apart() else { return };
-    let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(34, |turns| turns.parse().unwrap());
+    let Some(mut world) = hill() else { return };
+    let usual = if full() { 34 } else { 8 };
+    let turns: usize = std::env::var("HACHURE_SWITCHES").map_or(usual, |turns| turns.parse().unwrap());
     let pose = world.pose(START);
     let rig = Rig::mono(view(pose, pose));
-    let styles: Vec<Style> = crate::tests::common::presets().into_iter().map(crate::tests::common::preset).collect();
+    let styles: Vec<Style> = few_presets().into_iter().map(preset).collect();
     let alone: Vec<_> = styles
         .iter()
         .map(|style| {

@@ -112,12 +112,13 @@ fn strokes_have_the_ink_of_the_picture() {
     };
     let mut drawn = |below: u8| {
         write_stroke(&folder.path().join("scan.png"), below);
-        let mut style = style(folder.path());
-        let with = ink(&style);
-        style.strokes_mut().unwrap().texture = None;
-        with / ink(&style)
+        ink(&style(folder.path()))
     };
-    let [grey, black] = [128, 0].map(&mut drawn);
+    let inks = [128, 0].map(&mut drawn);
+    let mut solid = style(folder.path());
+    solid.strokes_mut().unwrap().texture = None;
+    let solid = ink(&solid);
+    let [grey, black] = inks.map(|ink| ink / solid);
     println!("share of the ink of solid strokes: {grey:.3}, all black {black:.3}");
     // A sixth of the length has no ink. Ends of strokes and pixels of their borders have less than the middle.
     assert!((black - 5.0 / 6.0).abs() < 0.08, "{black}");

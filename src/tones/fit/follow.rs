@@ -18,8 +18,18 @@ const MOST_OCTAVES_PER_S: f64 = 0.6;
 /// The light is spread by no more than this factor: in flat land, differences that nobody sees would become tones.
 const MOST_SPREAD: f32 = 2.5;
 
+/// How far shares may be from those of the style where slopes are drawn as planes.
+const GIVE: f32 = 0.12;
+
 /// Moves `curve` by the `counts` of the frame.
-pub(super) fn run(recorder: &mut Recorder<'_>, toon: &Toon, follows: Follows, counts: &Buffer, curve: &Buffer) {
+pub(super) fn run(
+    recorder: &mut Recorder<'_>,
+    toon: &Toon,
+    planes: bool,
+    follows: Follows,
+    counts: &Buffer,
+    curve: &Buffer,
+) {
     let Follows { begins, step_s } = follows;
     let placed = toon.placed();
     let within = |in_frame: f64, per_s: f64| in_frame.min(per_s * step_s) as f32;
@@ -31,7 +41,7 @@ pub(super) fn run(recorder: &mut Recorder<'_>, toon: &Toon, follows: Follows, co
         most: within(MOST_IN_FRAME, MOST_PER_S),
         most_octaves: within(MOST_OCTAVES_IN_FRAME, MOST_OCTAVES_PER_S),
         begins: u32::from(begins),
-        pad: 0,
+        give: if planes { GIVE } else { 0.0 },
     };
     let resources = [
         ("follow", recorder.uniform("follow", &follow)),

@@ -110,7 +110,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, water: Optio
     let counts = recorder.buffer(&COUNTS, u64::from(4 * WORDS));
     recorder.reset_to_zero(&counts);
     measure::run(recorder, inputs, water, &counts);
-    follow::run(recorder, toon, follows, &counts, &fit.curve);
+    follow::run(recorder, toon, inputs.style.has_planes() && toon.steps > 0, follows, &counts, &fit.curve);
 }
 
 impl Toon {

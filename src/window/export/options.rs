@@ -55,6 +55,13 @@ pub(super) fn show(ui: &mut Ui, export: &mut Export) {
             let field = egui::TextEdit::singleline(&mut export.title).hint_text("none").desired_width(150.0);
             name(&ui.add(field), "Title below the picture");
         });
+        if !export.title.trim().is_empty() {
+            row(ui, "Credits", |ui| {
+                let field = egui::TextEdit::singleline(&mut export.credits).hint_text("none").desired_width(150.0);
+                name(&ui.add(field), "Credits in the title block");
+            });
+            ui.checkbox(&mut export.has_legend, "Legend");
+        }
     }
 }
 

@@ -74,6 +74,9 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("aov_names", Unneeded),
     ("show", Kept("--show lsa -o a.png")),
     ("title", Kept("--title T -o a.svg")),
+    ("credits", Kept("--title T --credits C -o a.png")),
+    ("legend", Kept("--title T --legend -o a.png")),
+    ("map_scale", Kept("--map 10,20 --map-scale 1:50000 --dpi 100 -o a.png")),
     ("frame", Kept("--map 10,20,3000 --map-frame -o a.png")),
     ("tile_memory", Kept("--tile-memory 3 -o a.png")),
     ("tolerance_px", Kept("--tolerance-px 0.5 -o a.svg")),
@@ -118,6 +121,7 @@ fn drawn(args: &RenderArgs) -> String {
         camera,
         look: _,
         map,
+        map_scale,
         map_place: _,
         path,
         fps: _,
@@ -134,6 +138,8 @@ fn drawn(args: &RenderArgs) -> String {
         aov_names: _,
         show,
         title,
+        credits,
+        legend,
         frame,
         mesh_error: _,
         tile_memory: _,
@@ -152,11 +158,14 @@ fn drawn(args: &RenderArgs) -> String {
     // The camera of frames is that of their path, and the similar one of a map is not used.
     let camera = camera.filter(|_| path.is_none() && map.is_none());
     let time_s = time_s.unwrap_or(0.0);
-    let view = format!("{camera:?} {map:?} {path:?} {} {time_s} {stereo:?} {frames:?} {warm_up:?}", args.fps());
+    let view =
+        format!("{camera:?} {map:?} {map_scale:?} {path:?} {} {time_s} {stereo:?} {frames:?} {warm_up:?}", args.fps());
     let quality =
         format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
-    let page =
-        format!("{:?} {dpi:?} {show:?} {title:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}", args.size());
+    let page = format!(
+        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
+        args.size()
+    );
     format!("{world}\n{view}\n{quality}\n{page}")
 }
 
