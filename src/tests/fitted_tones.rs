@@ -8,7 +8,7 @@ use crate::tests::common;
 use common::draw::{draw, halves, north_west, places_m, still, tones_in_parts};
 use common::{World, full, grid_of, rough_height_m};
 use hachure::frame::{Light, Renderer};
-use hachure::picture::{PartRule, PictureRequest};
+use hachure::picture::{self, PartRule, PictureRequest};
 use hachure::scene::tone_curve::ToneCurve;
 use hachure::scene::view::{Rig, View};
 use hachure::style::Style;
@@ -199,6 +199,40 @@ fn parts_have_one_curve() {
     // Planted: a curve that is a little different.
     let planted = difference(&picture(&in_parts, 0.4));
     assert!(planted > 0.2, "{planted}");
+}
+
+#[test]
+fn a_picture_that_fails_leaves_no_curve_behind() {
+    let Some(mut world) = land(1.0) else { return };
+    let style = grey("fit = true", "");
+    // The renderer that drew the failed picture draws another view; a new renderer draws the same.
+    let mut later = |white_share: Option<f64>| {
+        let mut renderer = None;
+        if let Some(share) = white_share {
+            let other = grey(&format!("fit = true\nwhite_share = {share}"), "");
+            let request = PictureRequest::still(world.pose(VIEW), SIZE_PX, &other, light());
+            let parts = PartRule { whole_px: 0, part_px: 100, margin_px: 12 };
+            let fails = |_| Err("full");
+            picture::render_in_parts(&world.gpu, &mut renderer, &mut world.surfaces, &request, &parts, fails)
+                .unwrap_err();
+        }
+        let mut renderer = renderer.unwrap_or_else(|| Renderer::new(&world.gpu).unwrap());
+        let mut curve = |given: Option<ToneCurve>| {
+            renderer.set_tone_curve(given);
+            renderer.forget();
+            let view = still(world.pose(NEAR), SIZE_PX);
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &light());
+            renderer.tone_curve(&world.gpu).unwrap().unwrap()
+        };
+        let own = curve(None);
+        (own, curve(Some(ToneCurve { white: 0.5 * (own.dark + own.white), ..own })))
+    };
+    let (after, _) = later(Some(0.6));
+    let (alone, kept) = later(None);
+    let differ = |a: &ToneCurve, b: &ToneCurve| (a.dark - b.dark).abs().max((a.white - b.white).abs());
+    assert!(differ(&after, &alone) < 1e-4, "{after:?} {alone:?}");
+    // Planted: a curve that stays.
+    assert!(differ(&kept, &alone) > 0.02, "{kept:?} {alone:?}");
 }
 
 #[test]

@@ -2,7 +2,8 @@
 //! that take long.
 //!
 //! - `HACHURE_WIDGETS=FILE` writes a file after each frame of the window. Its first line is [`HEADER`]; then each widget
-//!   has a line with tabs between left, top, right and bottom in pixels of the window, role, name, and value.
+//!   has a line with tabs between left, top, right and bottom in pixels of the window, role, name, value, and `disabled`
+//!   if a click on it has no effect.
 //! - `HACHURE_FRAME_MS=MS` makes each frame of the window last at least this long.
 //!
 //! Why: `docs/decisions/tests.md`.
@@ -79,7 +80,8 @@ fn lines(update: &TreeUpdate, pixels_per_point: f32) -> String {
         let [left, top, right, bottom] =
             [bounds.x0, bounds.y0, bounds.x1, bounds.y1].map(|side| (side * scale).round());
         let [name, value] = [name, &value].map(|text| text.replace(['\t', '\n', '\r'], " "));
-        text += &format!("{left}\t{top}\t{right}\t{bottom}\t{:?}\t{name}\t{value}\n", node.role());
+        let state = if node.is_disabled() { "disabled" } else { "" };
+        text += &format!("{left}\t{top}\t{right}\t{bottom}\t{:?}\t{name}\t{value}\t{state}\n", node.role());
     }
     text
 }

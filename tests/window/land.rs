@@ -58,13 +58,10 @@ fn changes_of_the_land_in_a_row_are_in_the_picture() {
     });
     display.key(&["mouseup", "1"]);
 
-    person.click("CheckBox", "Trees");
-    // In a slow frame the button may not be enabled yet; then it is clicked again.
-    let seed = until("the trees", || {
-        person.click("Button", "Tree seed, next");
-        std::thread::sleep(Duration::from_secs(2));
-        person.see("SpinButton", "Tree seed").map(|seed| seed.value).filter(|seed| seed != "1")
-    });
+    let are_trees = |wanted: bool| person.see("SpinButton", "Tree seed").filter(|seed| seed.is_disabled != wanted);
+    person.click_until("CheckBox", "Trees", || are_trees(true));
+    let seed =
+        person.click_until("Button", "Tree seed, next", || are_trees(true).filter(|seed| seed.value != "1")).value;
     let level = sea().value;
     let wooded = taken(&display, folder);
     let info = said(folder, &["info", wooded.to_str().unwrap()]);
@@ -75,11 +72,8 @@ fn changes_of_the_land_in_a_row_are_in_the_picture() {
     assert!(again == wooded);
 
     // The trees go while the land is being read with another exaggeration.
-    person.click("SpinButton", "Exaggeration, number");
-    person.keys(&["ctrl+a"]);
-    display.key(&["type", "--delay", "20", "2"]);
-    person.keys(&["Return"]);
-    person.click("CheckBox", "Trees");
+    person.fill("SpinButton", "Exaggeration, number", "2");
+    person.click_until("CheckBox", "Trees", || are_trees(false));
     let high = until("the high land without trees", || {
         std::thread::sleep(Duration::from_millis(500));
         let path = taken(&display, folder);

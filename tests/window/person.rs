@@ -1,9 +1,12 @@
 //! A person at the window, who sees where its widgets are.
 
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::display::{Display, until};
+
+/// How long a person waits for the effect of a click before clicking again.
+const EFFECT: Duration = Duration::from_secs(20);
 
 /// A widget as the window reports it.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +16,8 @@ pub(crate) struct Widget {
     pub(crate) role: String,
     pub(crate) name: String,
     pub(crate) value: String,
+    /// Whether a click on it has no effect.
+    pub(crate) is_disabled: bool,
 }
 
 /// The window, and what it reports of itself.
@@ -28,13 +33,14 @@ impl Person<'_> {
         let text = std::fs::read_to_string(&self.widgets).unwrap_or_default();
         let parse = |line: &str| {
             let parts: Vec<&str> = line.split('\t').collect();
-            let [left, top, right, bottom, role, name, value] = parts[..] else { return None };
+            let [left, top, right, bottom, role, name, value, state] = parts[..] else { return None };
             let side = |text: &str| text.parse::<f64>().ok();
             Some(Widget {
                 rect: [side(left)?, side(top)?, side(right)?, side(bottom)?],
                 role: role.to_owned(),
                 name: name.to_owned(),
                 value: value.to_owned(),
+                is_disabled: state == "disabled",
             })
         };
         text.lines().skip(1).filter_map(parse).collect()
@@ -64,10 +70,28 @@ impl Person<'_> {
         [0.5 * (left + right), 0.5 * (top + bottom)]
     }
 
-    /// Clicks on a widget.
+    /// Clicks on a widget, once it is enabled.
     pub(crate) fn click(&self, role: &str, name: &str) {
-        self.point(Self::middle(&self.find(role, name)));
+        let widget =
+            until(&format!("{role} {name}, enabled"), || Some(self.find(role, name)).filter(|it| !it.is_disabled));
+        self.point(Self::middle(&widget));
         self.display.key(&["click", "1"]);
+    }
+
+    /// Clicks on a widget until that has an effect: a busy machine may lose a click. `effect` returns what the effect is.
+    pub(crate) fn click_until<T>(&self, role: &str, name: &str, effect: impl Fn() -> Option<T>) -> T {
+        until(&format!("an effect of {role} {name}"), || {
+            self.click(role, name);
+            // The effect of the first click must not be undone by a second one that comes too soon.
+            let begun = Instant::now();
+            while begun.elapsed() < EFFECT {
+                if let Some(done) = effect() {
+                    return Some(done);
+                }
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            None
+        })
     }
 
     /// Returns a widget whose name begins like this, if it is there.
@@ -75,13 +99,23 @@ impl Person<'_> {
         self.all().into_iter().find(|widget| widget.role == role && widget.name.starts_with(name))
     }
 
-    /// Types a text or a number in place of what a field has.
+    /// Types a text or a number in place of what a field has, until the field has it: a busy machine may lose the click
+    /// before the keys.
     pub(crate) fn fill(&self, role: &str, name: &str, text: &str) {
-        self.click(role, name);
-        self.keys(&["ctrl+a"]);
-        self.display.key(&["type", "--delay", "15", text]);
-        self.keys(&["Return"]);
-        until(&format!("{name}: {text}"), || self.see(role, name).filter(|widget| widget.value.starts_with(text)));
+        until(&format!("{name}: {text}"), || {
+            self.click(role, name);
+            self.keys(&["ctrl+a"]);
+            self.display.key(&["type", "--delay", "15", text]);
+            self.keys(&["Return"]);
+            let begun = Instant::now();
+            while begun.elapsed() < EFFECT {
+                if self.see(role, name).is_some_and(|widget| widget.value.starts_with(text)) {
+                    return Some(());
+                }
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            None
+        });
     }
 
     pub(crate) fn keys(&self, keys: &[&str]) {

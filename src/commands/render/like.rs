@@ -25,6 +25,7 @@ use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Antialias;
 use crate::picture::imprint::{Imprint, More};
 use crate::scene::camera::Camera;
+use crate::scene::map::MapArea;
 use crate::scene::ranges;
 use crate::scene::view::Clock;
 use crate::source::{Encoding, HeightUnit, TileRows, VoidMode};
@@ -171,14 +172,23 @@ fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyh
         // A map of the command line may have a width. Lines on the earth and pictures without a size on paper have no
         // scale; they show the area of the imprint.
         let has_paper = all.paper.is_some() || all.dpi.is_some();
-        let has_width = more.map.as_ref().is_some_and(|area| area.split(',').count() == 3);
-        if all.map.is_none()
-            && (has_paper || !has_width)
-            && !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson))
-        {
+        let own: Option<MapArea> = parsed_or(None, more.map.as_deref(), "map")?;
+        let has_width = matches!(own, Some(MapArea::Around { .. }));
+        // A place on the command line takes the scale of the imprint, or its width.
+        let takes_scale = match all.map {
+            None => has_paper || !has_width,
+            Some(MapArea::At { .. }) => true,
+            Some(_) => false,
+        };
+        if takes_scale && !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
             all.map_scale = all.map_scale.or(more.map_scale);
         }
-        all.map = parsed_or(all.map, more.map.as_deref(), "map")?;
+        all.map = match (all.map, own) {
+            (Some(MapArea::At { centre_m }), Some(MapArea::Around { width_m, .. })) if all.map_scale.is_none() => {
+                Some(MapArea::Around { centre_m, width_m })
+            }
+            (given, own) => given.or(own),
+        };
     }
     if all.map.is_none() && all.look.look_at.is_none() {
         all.camera = all.camera.or(Some(imprint.camera));

@@ -30,7 +30,13 @@ impl Flight {
     /// first.
     pub(super) fn wants_spares(&self) -> bool {
         let has_neighbours = self.edits_style() && (self.is_edited_since_spares() || !self.spares.edits.is_empty());
-        (has_neighbours || self.spares.styles < self.styles.list().len()) && self.shows_chosen_style()
+        (has_neighbours || self.spares.styles < self.spared_styles().len()) && self.shows_chosen_style()
+    }
+
+    /// Returns the styles whose pipelines are requested before one of them is chosen. A software driver compiles on the
+    /// cores that draw, so it compiles only what is shown.
+    fn spared_styles(&self) -> &[Style] {
+        if self.gpu.is_software() { &[] } else { self.styles.list() }
     }
 
     fn edits_style(&self) -> bool {
@@ -87,7 +93,7 @@ impl Flight {
                 }
             }
         }
-        let next = self.styles.list().get(self.spares.styles)?.clone();
+        let next = self.spared_styles().get(self.spares.styles)?.clone();
         self.spares.styles += 1;
         Some(next)
     }

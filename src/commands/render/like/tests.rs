@@ -339,3 +339,22 @@ fn the_options_of_an_exported_view_are_those_of_its_imprint() {
     }
     assert!(compared >= 20, "{compared}");
 }
+
+#[test]
+fn a_place_takes_the_scale_of_the_picture_or_its_width() {
+    let liked = |of: &str, given: &str| {
+        let args = parsed(&format!("w.tif --dpi 100 -o a.png {of}"));
+        let kind = OutputKind::of(&args.output).unwrap();
+        let camera = "0,0,+300,0,-5,50".parse().unwrap();
+        let text = text_at(&imprint(&args, &kind, &Style::load("ink").unwrap(), &camera), &camera, Clock::default());
+        let read = Imprint::parse("a.png", &text).unwrap();
+        let all = with_imprint(&parsed(&format!("--like a.png -o b.png {given}")), &kind, &read).unwrap();
+        (all.map.map(|map| map.to_string()), all.map_scale.map(|scale| scale.to_string()))
+    };
+    let text = |text: &str| Some(text.to_owned());
+    assert_eq!(liked("--map 1,2 --map-scale 1:50000", "--map=30,40"), (text("30,40"), text("50000")));
+    assert_eq!(liked("--map 1,2,3000", "--map=30,40"), (text("30,40,3000"), None));
+    // What is given counts.
+    assert_eq!(liked("--map 1,2 --map-scale 1:50000", "--map=30,40,700"), (text("30,40,700"), None));
+    assert_eq!(liked("--map 1,2,3000", "--map=30,40 --map-scale 1:25000"), (text("30,40"), text("25000")));
+}
