@@ -10,6 +10,7 @@ use glam::DVec2;
 use super::arguments;
 use crate::file::message::named;
 use crate::pyramid::TileStore;
+use crate::scene::World;
 use crate::scene::camera::Camera;
 use crate::scene::look::StandPoint;
 use crate::scene::map::MapArea;
@@ -98,10 +99,7 @@ fn place_m(option: &str, place: LatLon, world: Option<&str>, store: &dyn TileSto
     let size = store.levels()[0];
     let grid = match GridOnWgs84::new(georeference, [size.width, size.height]) {
         Ok(grid) => grid,
-        Err(_) if georeference.crs == Crs::Local => {
-            let metres = if option == "--at" { "--map=EAST,NORTH,WIDTH" } else { "--camera x,y,z,yaw,pitch,fov" };
-            bail!("{option} {given}: {}; give metres, with {metres}", no_crs(world))
-        }
+        Err(_) if georeference.crs == Crs::Local => bail!(has_no_place(option, place, world)),
         Err(cause) => bail!("{option} {given}: {}: {cause}", named(store.name())),
     };
     if let Some(place_m) = grid.world_m(DVec2::new(place.longitude_deg, place.latitude_deg)) {
@@ -109,6 +107,29 @@ fn place_m(option: &str, place: LatLon, world: Option<&str>, store: &dyn TileSto
     }
     let extent = grid.extent_text().map(|extent| format!(", whose {extent}"));
     bail!("{option} {given}: outside of {}{}", named(store.name()), extent.unwrap_or_default())
+}
+
+/// Says that a place in degrees cannot be found in a world without a reference system.
+fn has_no_place(option: &str, place: LatLon, world: Option<&str>) -> String {
+    let metres = if option == "--at" { "--map=EAST,NORTH,WIDTH" } else { "--camera x,y,z,yaw,pitch,fov" };
+    format!("{option} {}: {}; give metres, with {metres}", text(place), no_crs(world))
+}
+
+/// Checks that no place is given in degrees in a world that is grown, which has no position on the earth. Growing it first
+/// would take seconds.
+pub(crate) fn check_grown(
+    look: &LookArgs,
+    map: &MapPlaceArgs,
+    world: Option<&str>,
+    grown: &World,
+) -> anyhow::Result<()> {
+    if matches!(grown, World::Procedural { .. } | World::Continent { .. })
+        && let Some((option, place)) =
+            look.look_at.map(|place| ("--look-at", place)).or(map.at.map(|place| ("--at", place)))
+    {
+        bail!(has_no_place(option, place, world));
+    }
+    Ok(())
 }
 
 /// Extensions of heights whose reference system a sidecar file may give.

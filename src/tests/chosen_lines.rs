@@ -1,7 +1,8 @@
 //! Tests which lines strokes draw and how broad they are: outlines without gaps, three ranks of widths, no litter within
-//! slopes, and skylines where lines are crowded.
+//! slopes, no strokes beside each other, and skylines where lines are crowded.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
+use std::collections::HashMap;
 use std::sync::LazyLock;
 
 use crate::tests::common;
@@ -246,4 +247,60 @@ fn slopes_have_no_litter() {
         100.0 * planted
     );
     assert!(kept <= 0.03 && planted > 0.06, "{kept} {planted}");
+}
+
+/// Largest angle between strokes that run beside each other.
+const BESIDE_DEG: f32 = 30.0;
+
+/// Returns the part of the strokes' drawn length that has another stroke beside it, within a distance.
+fn part_beside(drawn: &Drawn, within_px: f32) -> f64 {
+    // The places of each stroke, with the direction there.
+    let mut places: Vec<(Vec2, Vec2, u32)> = Vec::new();
+    for pair in drawn.samples.windows(2) {
+        let along = Vec2::from(pair[1].px) - Vec2::from(pair[0].px);
+        let is_drawn = pair[0].pressure > 0.1 && pair[0].shown_px > 0.0;
+        if is_drawn && pair[0].flags & Sample::LAST == 0 && along != Vec2::ZERO {
+            places.push((pair[0].px.into(), along.normalize(), pair[0].stroke));
+        }
+    }
+    let mut squares: HashMap<[i32; 2], Vec<usize>> = HashMap::new();
+    let square = |px: Vec2| (px / within_px).floor().as_ivec2().to_array();
+    for (at, (px, ..)) in places.iter().enumerate() {
+        squares.entry(square(*px)).or_default().push(at);
+    }
+    let is_beside = |(px, way, stroke): &(Vec2, Vec2, u32)| {
+        let [x, y] = square(*px);
+        let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
+        around.filter_map(|at| squares.get(&at)).flatten().any(|other| {
+            let (at, other_way, other) = places[*other];
+            let is_parallel = way.dot(other_way).abs() > BESIDE_DEG.to_radians().cos();
+            // A stroke that goes on ahead is not beside this one.
+            let is_across = (at - px).dot(*way).abs() < 0.7 * (at - px).length().max(1e-6) || at == *px;
+            other != *stroke && is_parallel && is_across && at.distance(*px) <= within_px
+        })
+    };
+    places.iter().filter(|place| is_beside(place)).count() as f64 / places.len().max(1) as f64
+}
+
+/// Tests that strokes beside another one, within the width of the pen, are at most 12 % of the length. Planted: lines are
+/// merged within 1 px only.
+#[test]
+fn no_ridge_is_drawn_twice() {
+    if common::gpu().is_none() {
+        return;
+    }
+    let (mut most, mut planted_most) = (0.0_f64, 0.0_f64);
+    for (name, mut world, cameras) in worlds() {
+        for camera in cameras {
+            let mut part = |merge_px: Option<f32>| {
+                let style = ink(|strokes| strokes.merge_px = merge_px.unwrap_or(strokes.merge_px));
+                let width_px = style.strokes().unwrap().width_px;
+                part_beside(&drawn(&mut world, &camera, &style), width_px)
+            };
+            let (own, planted) = (part(None), part(Some(1.0)));
+            println!("{name} {camera}: {:.1} %, merged within 1 px {:.1} %", 100.0 * own, 100.0 * planted);
+            (most, planted_most) = (most.max(own), planted_most.max(planted));
+        }
+    }
+    assert!(most <= 0.12 && planted_most > 0.2, "{most:.3}, planted {planted_most:.3}");
 }

@@ -7,6 +7,7 @@
 // of it and
 //
 // - its kind has priority: contours before borders before creases,
+// - or it alone is a skyline, which has to stay whole,
 // - or it is much nearer: it is drawn darker,
 // - or it is farther out, on the side where the surface ends: that is the outline, and of ridges the skyline.
 //
@@ -75,6 +76,11 @@ fn outward(at: Place) -> vec2<f32> {
     return select(-across, across, is_plus);
 }
 
+// Returns whether the sky begins beyond the edge.
+fn is_skyline(at: Place, out: vec2<f32>) -> bool {
+    return depth_at(at.px + SIDE_PX * out) == 0.0;
+}
+
 // Returns whether edge `other`, at its pixel `pixel`, replaces edge `own` at a point of `own`.
 fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> bool {
     let rival = place_on(edges[other - 1u], at.px);
@@ -87,6 +93,10 @@ fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> b
     let kinds = vec2<u32>(kind_of_edge(edges[other - 1u]), kind_of_edge(edges[own - 1u]));
     if kinds.x != kinds.y {
         return kinds.x < kinds.y;
+    }
+    let skylines = vec2<bool>(is_skyline(rival, outward(rival)), is_skyline(at, out));
+    if skylines.x != skylines.y {
+        return skylines.x;
     }
     let ratio = at.depth_m / rival.depth_m;
     if max(ratio, 1.0 / ratio) > FARTHER {
