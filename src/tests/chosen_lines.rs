@@ -190,7 +190,9 @@ fn outlines_have_no_gaps() {
 fn crowded_skylines_stay() {
     let Some(mut world) = computed() else { return };
     let camera = "0,-22000,+1200,4,-7,50";
-    let [free, capped] = [1.0, 0.01].map(|cap| drawn(&mut world, camera, &ink(|strokes| strokes.crowd = cap)));
+    // Lines that are not merged are crowded.
+    let style = |cap: f32| ink(|strokes| (strokes.crowd, strokes.merge_px) = (cap, 1.0));
+    let [free, capped] = [1.0, 0.01].map(|cap| drawn(&mut world, camera, &style(cap)));
     let below = |drawn: &Drawn| -> f32 {
         let first = |x: usize| skyline(drawn, x).map_or(0, |y| y + 5);
         (0..WIDTH).flat_map(|x| (first(x)..HEIGHT).map(move |y| y * WIDTH + x)).map(|at| drawn.ink[at]).sum()
@@ -282,14 +284,14 @@ fn part_beside(drawn: &Drawn, within_px: f32) -> f64 {
     places.iter().filter(|place| is_beside(place)).count() as f64 / places.len().max(1) as f64
 }
 
-/// Tests that strokes beside another one, within the width of the pen, are at most 12 % of the length. Planted: lines are
-/// merged within 1 px only.
+/// Tests that strokes beside another one, within the width of the pen, are at most 10 % of the length in the mean of all
+/// views, and 22 % in the worst one. Planted: lines are merged within 1 px only.
 #[test]
 fn no_ridge_is_drawn_twice() {
     if common::gpu().is_none() {
         return;
     }
-    let (mut most, mut planted_most) = (0.0_f64, 0.0_f64);
+    let (mut most, mut sums, mut views) = (0.0_f64, [0.0; 2], 0.0);
     for (name, mut world, cameras) in worlds() {
         for camera in cameras {
             let mut part = |merge_px: Option<f32>| {
@@ -299,8 +301,12 @@ fn no_ridge_is_drawn_twice() {
             };
             let (own, planted) = (part(None), part(Some(1.0)));
             println!("{name} {camera}: {:.1} %, merged within 1 px {:.1} %", 100.0 * own, 100.0 * planted);
-            (most, planted_most) = (most.max(own), planted_most.max(planted));
+            most = most.max(own);
+            sums = [sums[0] + own, sums[1] + planted];
+            views += 1.0;
         }
     }
-    assert!(most <= 0.12 && planted_most > 0.2, "{most:.3}, planted {planted_most:.3}");
+    let [mean, planted] = sums.map(|sum: f64| sum / views);
+    println!("mean {:.1} %, most {:.1} %; merged within 1 px {:.1} %", 100.0 * mean, 100.0 * most, 100.0 * planted);
+    assert!(mean <= 0.1 && most <= 0.22 && planted > 0.2, "{mean:.3} {most:.3}, planted {planted:.3}");
 }

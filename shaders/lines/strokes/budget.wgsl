@@ -8,7 +8,7 @@
 //
 // A stroke tapers at its ends, but not where it hides land up to its end and another line begins within MEETS_PX ahead of
 // it: there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a
-// gap.
+// gap. A line that begins beside the end, within the distance in which parallel lines are merged, takes its place.
 #import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
 #import hachure::stroke_style::Point
@@ -34,6 +34,8 @@ const SKYLINE_PX: f32 = 2.0;
 const OWN_PX: f32 = 1.5;
 const MEETS_PX: f32 = 5.0;
 const AHEAD_PX: f32 = 8.0;
+// How much farther to the side than merged lines another line may begin: lines are smoothed after they are merged.
+const BESIDE_PX: f32 = 0.5;
 
 // Returns 1 if another line begins ahead of the end `end` of a chain, whose points lie in direction `back` from there.
 fn is_met(end: u32, back: i32, count: u32) -> u32 {
@@ -47,7 +49,8 @@ fn is_met(end: u32, back: i32, count: u32) -> u32 {
         return 0u;
     }
     let at = px * strokes.resolution;
-    let reach = MEETS_PX * strokes.resolution;
+    let beside = strokes.merge_px + BESIDE_PX;
+    let reach = (MEETS_PX + beside) * strokes.resolution;
     let last = vec2<i32>(strokes.image_px) - 1;
     let low = clamp(vec2<i32>(floor(at - reach)), vec2<i32>(0), last);
     let high = clamp(vec2<i32>(floor(at + reach)), vec2<i32>(0), last);
@@ -56,7 +59,9 @@ fn is_met(end: u32, back: i32, count: u32) -> u32 {
         for (var x = low.x; x <= high.x && !found; x++) {
             let way = (vec2<f32>(vec2<i32>(x, y)) + 0.5) / strokes.resolution - px;
             let ahead_px = dot(way, onward);
-            let is_ahead = ahead_px > OWN_PX / min(strokes.resolution, 1.0) && ahead_px > 0.7 * length(way) && length(way) <= MEETS_PX;
+            let is_within = ahead_px > 0.7 * length(way) && length(way) <= MEETS_PX
+                || abs(dot(way, vec2<f32>(onward.y, -onward.x))) <= beside && ahead_px <= MEETS_PX;
+            let is_ahead = ahead_px > OWN_PX / min(strokes.resolution, 1.0) && is_within;
             found = is_ahead && textureLoad(ids, vec2<i32>(x, y), 0).r != 0u;
         }
     }

@@ -37,7 +37,7 @@ const SEGMENTS: u32 = 1u;
 // Least step in distance, relative to the distance of the farther side, that is an outline.
 const LEAST_STEP: f32 = 0.05;
 // An edge within this distance is the outline itself. It may have been merged into a parallel one, so the distance grows
-// with `merge_px`.
+// with `merge_px`; but a skyline is merged into no other line.
 const EDGE_PX: f32 = 2.5;
 // Largest factor by which the farther surface may come nearer between two pixels.
 const NEARER: f32 = 1.1;
@@ -47,7 +47,10 @@ struct Crossing {
     // Reversed depth of the nearer one; 0 if no outline passes between them.
     nearness: f32,
     px: vec2<f32>,
+    is_skyline: bool,
 }
+
+const NOWHERE = Crossing(0.0, vec2<f32>(0.0), false);
 
 fn nearness_at(pixel: vec2<i32>) -> f32 {
     return textureLoad(depth, clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
@@ -67,13 +70,13 @@ fn crossing(p: vec2<i32>, q: vec2<i32>) -> Crossing {
 #ifdef HOLES
     is_outline = is_outline && (at_far > 0.0 || ray_of_pixel(view, far).z >= 0.0);
 #endif
-    return Crossing(select(0.0, at_near, is_outline), px);
+    return Crossing(select(0.0, at_near, is_outline), px, at_far == 0.0);
 }
 
-// Returns whether an edge runs near a position.
-fn has_edge(px: vec2<f32>) -> bool {
-    let at = px * strokes.resolution;
-    let reach = max(EDGE_PX, strokes.merge_px + 1.0) * strokes.resolution;
+// Returns whether an edge runs near an outline.
+fn has_edge(outline: Crossing) -> bool {
+    let at = outline.px * strokes.resolution;
+    let reach = select(max(EDGE_PX, strokes.merge_px + 1.0), EDGE_PX, outline.is_skyline) * strokes.resolution;
     let last = vec2<i32>(strokes.image_px) - 1;
     let low = clamp(vec2<i32>(floor(at - reach)), vec2<i32>(0), last);
     let high = clamp(vec2<i32>(floor(at + reach)), vec2<i32>(0), last);
@@ -98,7 +101,7 @@ fn outline_in(pixel: vec2<i32>) -> Outline {
     let both = pixel + vec2<i32>(1, 1);
     let sides = array<Crossing, 4>(crossing(pixel, right), crossing(right, both), crossing(below, both), crossing(pixel, below));
     // Where outlines meet, the nearer one goes on.
-    var first = Crossing(0.0, vec2<f32>(0.0));
+    var first = NOWHERE;
     var second = first;
     for (var i = 0u; i < 4u; i++) {
         let side = sides[i];
@@ -109,8 +112,8 @@ fn outline_in(pixel: vec2<i32>) -> Outline {
             second = side;
         }
     }
-    if second.nearness == 0.0 || (has_edge(first.px) && has_edge(second.px)) {
-        return Outline(Crossing(0.0, vec2<f32>(0.0)), Crossing(0.0, vec2<f32>(0.0)));
+    if second.nearness == 0.0 || (has_edge(first) && has_edge(second)) {
+        return Outline(NOWHERE, NOWHERE);
     }
     return Outline(first, second);
 }
@@ -125,7 +128,7 @@ fn main(
     clear_marks(thread);
     workgroupBarrier();
     let pixel = vec2<i32>(at.xy);
-    var outline = Outline(Crossing(0.0, vec2<f32>(0.0)), Crossing(0.0, vec2<f32>(0.0)));
+    var outline = Outline(NOWHERE, NOWHERE);
     if all(at.xy + 1u < view.size_px) {
         outline = outline_in(pixel);
     }

@@ -163,10 +163,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);
-    // A short stroke as wide as a long one would be a blob. A stroke that continues off the sheet is longer than it
-    // appears.
+    // A short stroke as wide as a long one would be a blob. A stroke that continues off the sheet, or in another line, is
+    // longer than it appears.
     let length_px = length_units / UNITS_PER_PX;
-    let seen_px = length_px * select(1.0, 2.0, any(is_off));
+    let goes_on = vec2<f32>(is_off | is_met);
+    let seen_px = length_px * (1.0 + goes_on.x) * (1.0 + goes_on.y);
     let slender = 2.0 * strokes.slender * wide_px / max(seen_px, 1.0);
     let half_width_px = select(wide_px, wide_px / sqrt(1.0 + slender * slender), strokes.slender > 0.0 && !is_closed);
     // The last sample that fits ends its stroke.
