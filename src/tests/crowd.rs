@@ -53,7 +53,8 @@ fn cells(inks: &[f64]) -> Vec<f64> {
 fn capped(name: &str, crowd: f32) -> Style {
     let mut style = Style::load(name).unwrap().without(&["water"]);
     style.lines_mut().into_iter().for_each(|lines| lines.crowd = crowd);
-    style.strokes_mut().into_iter().for_each(|strokes| strokes.crowd = crowd);
+    // Lines that are hardly merged are crowded.
+    style.strokes_mut().into_iter().for_each(|strokes| (strokes.crowd, strokes.merge_px) = (crowd, 1.5));
     style
 }
 
