@@ -68,8 +68,9 @@ const TURN: f32 = 6.2831855;
 // Height above the horizon at which ruled lines have their full width (or, for a negative fade, their least), in focal
 // lengths.
 const FADED: f32 = 0.6;
-// How far below the level of the eye there are ruled lines, in focal lengths: from a height the skyline is lower.
-const LOW: f32 = 0.06;
+// How far below the level of the eye ruled lines begin to narrow, and where they end, in focal lengths: from a height the
+// skyline is lower, and heights of a small area end before the horizon.
+const DEEP: vec2<f32> = vec2<f32>(0.1, 0.35);
 // Gap between ruled lines and clouds or the sun.
 const GAP_PX: f32 = 1.5;
 // Rows of clouds, elevation of the lowest base in radians, and ratio between the elevations of consecutive bases.
@@ -85,9 +86,12 @@ const STREAK_DISCS: u32 = 8u;
 // Height of the tallest cloud in half widths, before it is flattened, and up to which part of that it has shade.
 const TALLEST: f32 = 0.72;
 const SHADED: f32 = 0.34;
-// Place of a composed sun, as parts of the frame's width and of the sky's height from above, and least height of a sky
-// that has one, in radii.
-const SUN_PLACE: vec2<f32> = vec2<f32>(0.2, 0.4);
+// Place of a composed sun: its distance from the middle of the frame as a part of the width, on the side that light comes
+// from, and its distance from above as a part of the sky's height. Sine of the light's direction, counted from that of the
+// view, from which on the distance is the whole one. Least height of a sky that has a sun, in radii.
+const SUN_ASIDE: f32 = 0.3;
+const SUN_DOWN: f32 = 0.4;
+const WHOLLY_ASIDE: f32 = 0.3;
 const LEAST_SKY: f32 = 3.5;
 // Part of the sun's light next to its disc, with a glow.
 const GLOW: f32 = 0.35;
@@ -120,7 +124,8 @@ fn rules(above_px: f32, width_px: f32) -> f32 {
     let middle_px = (number + 0.5) * sky_look.spacing_px;
     let high = clamp(middle_px / (FADED * view.focal_px), 0.0, 1.0);
     let lost = max(sky_look.fade, 0.0) * (1.0 - high) + max(-sky_look.fade, 0.0) * high;
-    return line_ink(above_px - middle_px, width_px * (1.0 - lost));
+    let deep = smoothstep(DEEP.x, DEEP.y, -middle_px / view.focal_px);
+    return line_ink(above_px - middle_px, width_px * (1.0 - lost) * (1.0 - deep));
 }
 
 // What a pixel has of the nearest cloud.
@@ -200,11 +205,13 @@ fn sun_on_sheet() -> vec3<f32> {
         return vec3<f32>(middle.xy, select(0.0, radius_px, middle.z > 0.0));
     }
     let frame_px = sky_look.frame_px;
-    let x = mix(frame_px.x, frame_px.z, SUN_PLACE.x);
+    let right = view.ray_dx.xy / max(length(view.ray_dx.xy), 1e-12);
+    let aside = dot(sky_look.to_sun.xy, right) / max(length(sky_look.to_sun.xy), 1e-6);
+    let x = mix(frame_px.x, frame_px.z, 0.5 + SUN_ASIDE * clamp(aside / WHOLLY_ASIDE, -1.0, 1.0));
     // The horizon at that column.
     let horizon_px = -(view.ray_corner.z + x * view.ray_dx.z) / select(view.ray_dy.z, -1e-9, view.ray_dy.z > -1e-9);
     let sky_px = min(horizon_px, frame_px.w) - frame_px.y;
-    return vec3<f32>(x, frame_px.y + SUN_PLACE.y * sky_px, select(0.0, radius_px, sky_px > LEAST_SKY * radius_px));
+    return vec3<f32>(x, frame_px.y + SUN_DOWN * sky_px, select(0.0, radius_px, sky_px > LEAST_SKY * radius_px));
 }
 
 // Returns what a pixel at a position on the picture has of clouds.
@@ -353,7 +360,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(color, sky_look.star, star_light(way, height, pixel_rad));
     }
     var ink = 0.0;
-    if sky_look.rules_px > 0.0 && above_px > -LOW * view.focal_px && rise > 1e-6 {
+    if sky_look.rules_px > 0.0 && above_px > -DEEP.y * view.focal_px && rise > 1e-6 {
         ink = rules(above_px, sky_look.rules_px);
     }
     if sky_look.sun_rad > 0.0 {
@@ -383,7 +390,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let open = cloud.at_base * f32(is_ruled);
         let width_px = sky_look.outline_px * mix(1.0, LIT_OUTLINE, cloud.lit) * (1.0 - open);
         ink = max(ink, line_ink(cloud.away_px, width_px));
-        if is_ruled && above_px > -LOW * view.focal_px && rise > 1e-6 {
+        if is_ruled && above_px > -DEEP.y * view.focal_px && rise > 1e-6 {
             // Strokes of a hand: each begins and ends at a place of its own.
             let row = i32(floor(above_px / sky_look.spacing_px));
             let ends = chance(vec2<i32>(row, i32(floor(px.x / (23.0 * sky_look.spacing_px)))), 3u);

@@ -109,21 +109,21 @@ fn place_m(option: &str, place: LatLon, world: Option<&str>, store: &dyn TileSto
     bail!("{option} {given}: outside of {}{}", named(store.name()), extent.unwrap_or_default())
 }
 
-/// Says that a place in degrees cannot be found in a world without a reference system.
+/// Returns the error for a place in degrees in a world without a reference system.
 fn has_no_place(option: &str, place: LatLon, world: Option<&str>) -> String {
     let metres = if option == "--at" { "--map=EAST,NORTH,WIDTH" } else { "--camera x,y,z,yaw,pitch,fov" };
     format!("{option} {}: {}; give metres, with {metres}", text(place), no_crs(world))
 }
 
-/// Checks that no place is given in degrees in a world that is grown, which has no position on the earth. Growing it first
-/// would take seconds.
-pub(crate) fn check_grown(
+/// Checks, before the world is opened, that no place is given in degrees in a procedural world, which has no position on
+/// the earth: generating its land takes seconds.
+pub(crate) fn check_procedural(
     look: &LookArgs,
     map: &MapPlaceArgs,
     world: Option<&str>,
-    grown: &World,
+    opened: &World,
 ) -> anyhow::Result<()> {
-    if matches!(grown, World::Procedural { .. } | World::Continent { .. })
+    if matches!(opened, World::Procedural { .. } | World::Continent { .. })
         && let Some((option, place)) =
             look.look_at.map(|place| ("--look-at", place)).or(map.at.map(|place| ("--at", place)))
     {

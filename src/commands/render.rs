@@ -391,7 +391,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         path_fit::check_name(name, args.world.name(), &scene.world)?;
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
-    place_args::check_grown(&args.look, &args.map_place, args.world.name(), &scene.world)?;
+    place_args::check_procedural(&args.look, &args.map_place, args.world.name(), &scene.world)?;
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
     let store = match heights {
         Some(store) => store,

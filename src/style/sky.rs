@@ -40,7 +40,7 @@ parameters! {
         bokashi_color called "Band colour": Color = Color::default();
         /// Angular radius of the disc of the sun or moon; 0 draws none.
         sun_deg called "Sun radius": f32 = 0.0 => Range::Within(0.0, 45.0), zero "none";
-        /// Whether the disc is at the upper left of each picture instead of where light comes from.
+        /// Whether each picture has the disc, on the side that light comes from, instead of where the light is.
         sun_in_view called "Sun in the picture": bool = false;
         /// Width of the glow around the disc, over which it loses half of its light; 0 draws none.
         sun_glow_deg called "Sun glow": f32 = 0.0 => Range::Within(0.0, 45.0), zero "none";

@@ -190,7 +190,7 @@ fn outlines_have_no_gaps() {
 fn crowded_skylines_stay() {
     let Some(mut world) = computed() else { return };
     let camera = "0,-22000,+1200,4,-7,50";
-    // Lines that are hardly merged are crowded.
+    // As many lines as presets merge leave too few for the planted error.
     let style = |cap: f32| ink(|strokes| (strokes.crowd, strokes.merge_px) = (cap, 1.5));
     let [free, capped] = [1.0, 0.01].map(|cap| drawn(&mut world, camera, &style(cap)));
     let below = |drawn: &Drawn| -> f32 {

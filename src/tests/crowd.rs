@@ -53,7 +53,7 @@ fn cells(inks: &[f64]) -> Vec<f64> {
 fn capped(name: &str, crowd: f32) -> Style {
     let mut style = Style::load(name).unwrap().without(&["water"]);
     style.lines_mut().into_iter().for_each(|lines| lines.crowd = crowd);
-    // Lines that are hardly merged are crowded.
+    // As many lines as presets merge leave too few for the planted error.
     style.strokes_mut().into_iter().for_each(|strokes| (strokes.crowd, strokes.merge_px) = (crowd, 1.5));
     style
 }

@@ -105,22 +105,24 @@ fn the_sun_stands_where_the_light_comes_from() {
 fn a_sun_in_view_has_its_place_in_each_picture() {
     let Some(mut world) = world() else { return };
     let style = style("sun_deg = 3.0\nsun = \"#ffffff\"\nsun_in_view = true\n");
-    // Light from behind the eye: where the light is, no picture has a disc.
-    let light = |yaw_deg: f64| Light { to_sun: toward(yaw_deg + 180.0, 30.0), ..north_west() };
+    // Light from the left, from the right and from behind the eye: where the light is, no picture has a disc.
+    let light = |azimuth_deg: f64| Light { to_sun: toward(azimuth_deg, 30.0), ..north_west() };
     let lit = |sky: &[[f64; 4]]| sky.iter().map(|texel| texel[0]).sum::<f64>();
-    for (yaw_deg, pitch_deg) in [(20.0, 12.0), (75.0, 5.0), (200.0, -3.0)] {
+    let views = [(20.0, 12.0, -110.0, 0.2), (75.0, 5.0, 130.0, 0.8), (200.0, -3.0, 180.0, 0.5)];
+    for (yaw_deg, pitch_deg, aside_deg, part) in views {
         let pose = world.pose(&format!("0,0,+50,{yaw_deg},{pitch_deg},50"));
-        let (sky, view) = sky_of(&mut world, pose, &style, &light(yaw_deg));
+        let (sky, view) = sky_of(&mut world, pose, &style, &light(yaw_deg + aside_deg));
         let area = lit(&sky);
         let middle_px = pixels().zip(&sky).map(|(at_px, texel)| at_px * texel[0]).sum::<DVec2>() / area;
         let horizon_px = (135.0 + view.focal_px() * f64::to_radians(pitch_deg).tan()).min(270.0);
-        let off_px = |horizon_px: f64| middle_px.distance(DVec2::new(0.2 * 480.0, 0.4 * horizon_px));
-        println!("{yaw_deg}, {pitch_deg}: off by {:.3} px", off_px(horizon_px));
-        assert!(off_px(horizon_px) < 0.1);
-        // Planted: another horizon.
-        assert!(off_px(horizon_px + 5.0) > 1.0);
-        // Two eyes see the disc where the light is: here, behind them.
-        assert_eq!(lit(&sky_of_two_in(&mut world, pose, &style, &light(yaw_deg)).0), 0.0);
+        let off_px = |part: f64, horizon_px: f64| middle_px.distance(DVec2::new(part * 480.0, 0.4 * horizon_px));
+        println!("{yaw_deg}, {pitch_deg}: off by {:.3} px", off_px(part, horizon_px));
+        assert!(off_px(part, horizon_px) < 0.1);
+        // Planted: another horizon, and light from the other side.
+        assert!(off_px(part, horizon_px + 5.0) > 1.0);
+        assert!(part == 0.5 || off_px(1.0 - part, horizon_px) > 100.0);
+        // Two eyes see the disc where the light is: here, out of view.
+        assert_eq!(lit(&sky_of_two_in(&mut world, pose, &style, &light(yaw_deg + aside_deg)).0), 0.0);
     }
     // No sky, no sun.
     let pose = world.pose("0,0,+50,20,-60,50");

@@ -71,7 +71,7 @@ fn changes_of_the_land_in_a_row_are_in_the_picture() {
     let wooded = read_rgba8(&wooded).unwrap();
     assert!(again == wooded);
 
-    // The trees go while the land is being read with another exaggeration.
+    // The land is read with another exaggeration, and the trees go, mostly before that is done.
     person.fill("SpinButton", "Exaggeration, number", "2");
     person.click_until("CheckBox", "Trees", || are_trees(false));
     let high = until("the high land without trees", || {

@@ -90,6 +90,7 @@ impl Person<'_> {
                 }
                 std::thread::sleep(Duration::from_millis(50));
             }
+            println!("clicked again: {name}");
             None
         })
     }
@@ -114,6 +115,7 @@ impl Person<'_> {
                 }
                 std::thread::sleep(Duration::from_millis(50));
             }
+            println!("typed again: {name}");
             None
         });
     }

@@ -8,7 +8,8 @@
 //
 // A stroke tapers at its ends, but not where it hides land up to its end and another line begins within MEETS_PX ahead of
 // it: there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a
-// gap. A line that begins beside the end, within the distance in which parallel lines are merged, takes its place.
+// gap. An edge beside the stroke's continuation, within the distance in which parallel lines are
+// merged, has taken its place.
 #import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
 #import hachure::stroke_style::Point
@@ -34,10 +35,10 @@ const SKYLINE_PX: f32 = 2.0;
 const OWN_PX: f32 = 1.5;
 const MEETS_PX: f32 = 5.0;
 const AHEAD_PX: f32 = 8.0;
-// How much farther to the side than merged lines another line may begin: lines are smoothed after they are merged.
+// How much farther to the side than merged lines another edge may be: lines are smoothed after they are merged.
 const BESIDE_PX: f32 = 0.5;
 
-// Returns 1 if another line begins ahead of the end `end` of a chain, whose points lie in direction `back` from there.
+// Returns 1 if another edge is ahead of the end `end` of a chain, whose points lie in direction `back` from there.
 fn is_met(end: u32, back: i32, count: u32) -> u32 {
     let px = points[end].px;
     var before = px;
@@ -50,7 +51,7 @@ fn is_met(end: u32, back: i32, count: u32) -> u32 {
     }
     let at = px * strokes.resolution;
     let beside = strokes.merge_px + BESIDE_PX;
-    let reach = (MEETS_PX + beside) * strokes.resolution;
+    let reach = length(vec2<f32>(MEETS_PX, beside)) * strokes.resolution;
     let last = vec2<i32>(strokes.image_px) - 1;
     let low = clamp(vec2<i32>(floor(at - reach)), vec2<i32>(0), last);
     let high = clamp(vec2<i32>(floor(at + reach)), vec2<i32>(0), last);

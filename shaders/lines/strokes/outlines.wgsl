@@ -37,7 +37,7 @@ const SEGMENTS: u32 = 1u;
 // Least step in distance, relative to the distance of the farther side, that is an outline.
 const LEAST_STEP: f32 = 0.05;
 // An edge within this distance is the outline itself. It may have been merged into a parallel one, so the distance grows
-// with `merge_px`; but a skyline is merged into no other line.
+// with `merge_px`; but a skyline is merged only into another one.
 const EDGE_PX: f32 = 2.5;
 // Largest factor by which the farther surface may come nearer between two pixels.
 const NEARER: f32 = 1.1;

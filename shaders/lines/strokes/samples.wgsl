@@ -163,8 +163,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);
-    // A short stroke as wide as a long one would be a blob. A stroke that continues off the sheet, or in another line, is
-    // longer than it appears.
+    // A short stroke as wide as a long one would be a blob. Each end that leaves the sheet, or meets
+    // another line, doubles the length.
     let length_px = length_units / UNITS_PER_PX;
     let goes_on = vec2<f32>(is_off | is_met);
     let seen_px = length_px * (1.0 + goes_on.x) * (1.0 + goes_on.y);

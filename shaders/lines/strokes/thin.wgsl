@@ -3,11 +3,11 @@
 // The contour of a mesh is not a single line: on a ridge it zigzags between triangles that face the eye and triangles
 // that do not, so pieces of it run parallel to the outline, a fraction of a pixel inside of it. They are visible, since
 // less than a pixel hides nothing. Ridges one behind the other come equally close to each other where they meet. A pen
-// draws each of these once. A pixel of an edge is dropped if another edge runs in the same direction within `merge_px`
-// of it and
+// draws each of these once. A pixel of an edge is dropped if another edge runs within 60 degrees of its direction, within
+// `merge_px` of it, and
 //
-// - its kind has priority: contours before borders before creases,
-// - or it alone is a skyline, which has to stay whole,
+// - it borders the sky and this one does not: skylines have no gaps,
+// - or its kind has priority: contours before borders before creases,
 // - or it is much nearer: it is drawn darker,
 // - or it is farther out, on the side where the surface ends: that is the outline, and of ridges the skyline.
 //
@@ -82,7 +82,7 @@ fn is_skyline(at: Place, out: vec2<f32>) -> bool {
 }
 
 // Returns whether edge `other`, at its pixel `pixel`, replaces edge `own` at a point of `own`.
-fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> bool {
+fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>, is_sky: bool) -> bool {
     let rival = place_on(edges[other - 1u], at.px);
     let way_px = rival.px - at.px;
     let along_px = dot(vec2<f32>(pixel) + 0.5 - rival.px * strokes.resolution, rival.way);
@@ -90,13 +90,13 @@ fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> b
     if !is_parallel || abs(dot(rival.way, at.way)) < MIN_COSINE {
         return false;
     }
+    let borders_sky = is_skyline(rival, outward(rival));
+    if borders_sky != is_sky {
+        return borders_sky;
+    }
     let kinds = vec2<u32>(kind_of_edge(edges[other - 1u]), kind_of_edge(edges[own - 1u]));
     if kinds.x != kinds.y {
         return kinds.x < kinds.y;
-    }
-    let skylines = vec2<bool>(is_skyline(rival, outward(rival)), is_skyline(at, out));
-    if skylines.x != skylines.y {
-        return skylines.x;
     }
     let ratio = at.depth_m / rival.depth_m;
     if max(ratio, 1.0 / ratio) > FARTHER {
@@ -110,6 +110,7 @@ fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> b
 fn decided(pixel: vec2<i32>, own: u32) -> u32 {
     let at = place_on(edges[own - 1u], (vec2<f32>(pixel) + 0.5) / strokes.resolution);
     let out = outward(at);
+    let is_sky = is_skyline(at, out);
     let reach = i32(ceil(strokes.merge_px * strokes.resolution)) + 1;
     let last = vec2<i32>(strokes.image_px) - 1;
     var decision = own | KEPT;
@@ -118,7 +119,7 @@ fn decided(pixel: vec2<i32>, own: u32) -> u32 {
             let around = clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last);
             let found = textureLoad(ids, around, 0).r;
             let other = found & ~KEPT;
-            if other == 0u || other == own || !takes(other, around, own, at, out) {
+            if other == 0u || other == own || !takes(other, around, own, at, out, is_sky) {
                 continue;
             }
             if (found & KEPT) != 0u {

@@ -31,7 +31,7 @@ impl OpenedWorld {
     /// Opens the world of the arguments. A DEM that is opened for the first time takes a while to bake.
     pub(super) fn new(args: &FlyArgs, progress: &dyn Progress) -> anyhow::Result<Self> {
         let (scene, own_forest) = args.world.scene_and_forest()?;
-        place_args::check_grown(&args.look, &MapPlaceArgs::default(), args.world.name(), &scene.world)?;
+        place_args::check_procedural(&args.look, &MapPlaceArgs::default(), args.world.name(), &scene.world)?;
         let true_to_scale = Scene { vertical_exaggeration: 1.0, ..scene.clone() };
         let heights = world::open_store(&true_to_scale, progress).map_err(|error| args.world.or_drawing(error))?;
         let store = world::exaggerated(Arc::clone(&heights), scene.vertical_exaggeration);

@@ -172,23 +172,20 @@ fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyh
         // A map of the command line may have a width. Lines on the earth and pictures without a size on paper have no
         // scale; they show the area of the imprint.
         let has_paper = all.paper.is_some() || all.dpi.is_some();
-        let own: Option<MapArea> = parsed_or(None, more.map.as_deref(), "map")?;
-        let has_width = matches!(own, Some(MapArea::Around { .. }));
-        // A place on the command line takes the scale of the imprint, or its width.
-        let takes_scale = match all.map {
-            None => has_paper || !has_width,
-            Some(MapArea::At { .. }) => true,
-            Some(_) => false,
-        };
-        if takes_scale && !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
-            all.map_scale = all.map_scale.or(more.map_scale);
-        }
-        all.map = match (all.map, own) {
-            (Some(MapArea::At { centre_m }), Some(MapArea::Around { width_m, .. })) if all.map_scale.is_none() => {
-                Some(MapArea::Around { centre_m, width_m })
+        // A centre alone (--map=EAST,NORTH) takes the scale of the imprint, or its width.
+        if matches!(all.map, None | Some(MapArea::At { .. })) {
+            let recorded: Option<MapArea> = parsed_or(None, more.map.as_deref(), "map")?;
+            let has_width = matches!(recorded, Some(MapArea::Around { .. }));
+            if (has_paper || !has_width) && !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
+                all.map_scale = all.map_scale.or(more.map_scale);
             }
-            (given, own) => given.or(own),
-        };
+            all.map = match (all.map, recorded) {
+                (Some(MapArea::At { centre_m }), Some(MapArea::Around { width_m, .. })) if all.map_scale.is_none() => {
+                    Some(MapArea::Around { centre_m, width_m })
+                }
+                (given, recorded) => given.or(recorded),
+            };
+        }
     }
     if all.map.is_none() && all.look.look_at.is_none() {
         all.camera = all.camera.or(Some(imprint.camera));

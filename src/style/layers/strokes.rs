@@ -37,7 +37,7 @@ parameters! {
         occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Width of strokes within a slope, with nothing hidden behind them, as a fraction of that of skylines.
         interior_width called "Width within slopes": f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.
+        /// Approximate least ratio of length to width, where ends that go on in another line count as longer; 0 is no limit.
         slender called "Least length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
         /// Largest fraction of the area that strokes may cover; above it the weakest are removed first; 1 is no limit.
         crowd called "Largest covered area": f32 = 1.0 => Range::Within(0.005, 1.0);
@@ -49,7 +49,7 @@ parameters! {
         join_px called "Largest joined gap": f32 = 4.0 => Range::Within(1.0, 16.0);
         /// Largest turn of the line where two ends are joined.
         join_deg called "Largest joined turn": f32 = 60.0 => Range::Within(0.0, 90.0);
-        /// Parallel edges closer than this are drawn as one line.
+        /// Edges that run the same way closer than this are drawn as one line: a skyline, or else the nearer or the outer one.
         merge_px called "Merging distance": f32 = 1.5 => Range::Within(0.0, 8.0);
         /// Edges whose two normals differ by more than this are also drawn; without it only contours are.
         crease_deg called "Crease angle": Option<f32> => Range::Within(0.0, 180.0);

@@ -33,8 +33,8 @@ impl Flight {
         (has_neighbours || self.spares.styles < self.spared_styles().len()) && self.shows_chosen_style()
     }
 
-    /// Returns the styles whose pipelines are requested before one of them is chosen. A software driver compiles on the
-    /// cores that draw, so it compiles only what is shown.
+    /// Returns the styles whose pipelines are requested before one of them is chosen: on a software driver none, because
+    /// compiling would take cores from drawing.
     fn spared_styles(&self) -> &[Style] {
         if self.gpu.is_software() { &[] } else { self.styles.list() }
     }

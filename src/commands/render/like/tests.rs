@@ -354,6 +354,9 @@ fn a_place_takes_the_scale_of_the_picture_or_its_width() {
     let text = |text: &str| Some(text.to_owned());
     assert_eq!(liked("--map 1,2 --map-scale 1:50000", "--map=30,40"), (text("30,40"), text("50000")));
     assert_eq!(liked("--map 1,2,3000", "--map=30,40"), (text("30,40,3000"), None));
+    // Without a size on paper there is no scale.
+    assert_eq!(liked("--map 1,2,3000 --map-scale 1:50000", "--map=30,40"), (text("30,40,3000"), None));
+    assert_eq!(liked("--map 1,2,3000 --map-scale 1:50000", "--dpi 100 --map=30,40"), (text("30,40"), text("50000")));
     // What is given counts.
     assert_eq!(liked("--map 1,2 --map-scale 1:50000", "--map=30,40,700"), (text("30,40,700"), None));
     assert_eq!(liked("--map 1,2,3000", "--map=30,40 --map-scale 1:25000"), (text("30,40"), text("25000")));
