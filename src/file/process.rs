@@ -17,9 +17,10 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Largest output of a program that is read, in bytes.
 const LARGEST_OUTPUT_BYTES: u64 = 8 << 20;
 
-/// The script of the watchdog: its arguments are the process group, and a file and its folder that are removed with it.
-const WATCHDOG: &str = "read -r word; [ \"$word\" = done ] && exit; kill -s KILL -- \"-$1\"; \
-    [ -z \"$2\" ] || { rm -f -- \"$2\"; rmdir -- \"$3\"; }";
+/// The script of the watchdog. It reads the process group, and then `done` if the program has ended before hachure. Its
+/// arguments are a file and its folder, which are removed with the group.
+const WATCHDOG: &str = "read -r group; read -r word; [ \"$word\" = done ] && exit; \
+    [ -z \"$group\" ] || kill -s KILL -- \"-$group\"; [ -z \"$1\" ] || { rm -f -- \"$1\"; rmdir -- \"$2\"; }";
 
 /// A running program that ends with hachure. Dropping it ends it.
 pub(super) struct Guarded {
@@ -34,8 +35,18 @@ impl Guarded {
     pub(super) fn spawn(command: &mut Command, partial: Option<&Path>) -> io::Result<Self> {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
-        let child = command.spawn()?;
-        let watchdog = watchdog(child.id(), partial);
+        // The watchdog is started first: it takes longer to start than the program, which would have no guard meanwhile.
+        let mut watchdog = watchdog(partial);
+        let child = match command.spawn() {
+            Ok(child) => child,
+            Err(error) => {
+                end_watchdog(watchdog, b"\ndone\n");
+                return Err(error);
+            }
+        };
+        if let Some((_, pipe)) = &mut watchdog {
+            let _ = pipe.write_all(format!("{}\n", child.id()).as_bytes());
+        }
         Ok(Self { child, watchdog, is_over: false })
     }
 
@@ -89,11 +100,7 @@ impl Guarded {
     /// Ends the watchdog: the process group no longer exists, and its number may be given to another one.
     fn dismiss(&mut self) {
         self.is_over = true;
-        if let Some((mut watchdog, mut pipe)) = self.watchdog.take() {
-            let _ = pipe.write_all(b"done\n");
-            drop(pipe);
-            let _ = watchdog.wait();
-        }
+        end_watchdog(self.watchdog.take(), b"done\n");
     }
 }
 
@@ -105,14 +112,22 @@ impl Drop for Guarded {
     }
 }
 
-/// Starts the watchdog of a process group. Without a shell there is none.
+/// Sends the last words to a watchdog, and waits until it has ended.
+fn end_watchdog(watchdog: Option<(Child, ChildStdin)>, words: &[u8]) {
+    if let Some((mut watchdog, mut pipe)) = watchdog {
+        let _ = pipe.write_all(words);
+        drop(pipe);
+        let _ = watchdog.wait();
+    }
+}
+
+/// Starts a watchdog. Without a shell there is none.
 #[cfg(unix)]
-fn watchdog(group: u32, partial: Option<&Path>) -> Option<(Child, ChildStdin)> {
+fn watchdog(partial: Option<&Path>) -> Option<(Child, ChildStdin)> {
     use std::os::unix::process::CommandExt;
     let folder = partial.and_then(Path::parent).unwrap_or(Path::new(""));
     let mut shell = Command::new("/bin/sh");
-    shell.args(["-c", WATCHDOG, "hachure-watchdog"]).arg(group.to_string());
-    shell.arg(partial.unwrap_or(Path::new(""))).arg(folder);
+    shell.args(["-c", WATCHDOG, "hachure-watchdog"]).arg(partial.unwrap_or(Path::new(""))).arg(folder);
     // In a group of its own, Ctrl-C in a terminal does not end it before hachure.
     shell.process_group(0).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
     match shell.spawn() {
@@ -125,7 +140,7 @@ fn watchdog(group: u32, partial: Option<&Path>) -> Option<(Child, ChildStdin)> {
 }
 
 #[cfg(not(unix))]
-fn watchdog(_: u32, _: Option<&Path>) -> Option<(Child, ChildStdin)> {
+fn watchdog(_: Option<&Path>) -> Option<(Child, ChildStdin)> {
     None
 }
 
