@@ -1,5 +1,5 @@
 //! Tests which lines strokes draw and how broad they are: outlines without gaps, three ranks of widths, no litter within
-//! slopes, no strokes beside each other, and skylines where lines are crowded.
+//! slopes, few parallel strokes next to each other, and skylines where lines are crowded.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use std::collections::HashMap;
@@ -251,11 +251,11 @@ fn slopes_have_no_litter() {
     assert!(kept <= 0.03 && planted > 0.06, "{kept} {planted}");
 }
 
-/// Largest angle between strokes that run beside each other.
-const BESIDE_DEG: f32 = 30.0;
+/// Largest angle between strokes that count as parallel.
+const PARALLEL_DEG: f32 = 30.0;
 
-/// Returns the part of the strokes' drawn length that has another stroke beside it, within a distance.
-fn part_beside(drawn: &Drawn, within_px: f32) -> f64 {
+/// Returns the fraction of the strokes' drawn samples that have a parallel stroke within a distance, in pixels.
+fn part_doubled(drawn: &Drawn, within_px: f32) -> f64 {
     // The places of each stroke, with the direction there.
     let mut places: Vec<(Vec2, Vec2, u32)> = Vec::new();
     for pair in drawn.samples.windows(2) {
@@ -270,24 +270,24 @@ fn part_beside(drawn: &Drawn, within_px: f32) -> f64 {
     for (at, (px, ..)) in places.iter().enumerate() {
         squares.entry(square(*px)).or_default().push(at);
     }
-    let is_beside = |(px, way, stroke): &(Vec2, Vec2, u32)| {
+    let is_doubled = |(px, way, stroke): &(Vec2, Vec2, u32)| {
         let [x, y] = square(*px);
         let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
         around.filter_map(|at| squares.get(&at)).flatten().any(|other| {
             let (at, other_way, other) = places[*other];
-            let is_parallel = way.dot(other_way).abs() > BESIDE_DEG.to_radians().cos();
-            // A stroke that goes on ahead is not beside this one.
+            let is_parallel = way.dot(other_way).abs() > PARALLEL_DEG.to_radians().cos();
+            // A stroke that goes on ahead is not next to this one.
             let is_across = (at - px).dot(*way).abs() < 0.7 * (at - px).length().max(1e-6) || at == *px;
             other != *stroke && is_parallel && is_across && at.distance(*px) <= within_px
         })
     };
-    places.iter().filter(|place| is_beside(place)).count() as f64 / places.len().max(1) as f64
+    places.iter().filter(|place| is_doubled(place)).count() as f64 / places.len().max(1) as f64
 }
 
-/// Tests that strokes beside another one, within the width of the pen, are at most 10 % of the length in the mean of all
-/// views, and 22 % in the worst one. Planted: lines are merged within 1 px only.
+/// Tests that few strokes have a parallel one within the width of the pen: at most 10 % of their samples in the mean of
+/// all views, and 22 % in the worst one. Planted: lines are merged within 1 px only.
 #[test]
-fn no_ridge_is_drawn_twice() {
+fn few_ridges_are_drawn_twice() {
     if common::gpu().is_none() {
         return;
     }
@@ -297,7 +297,7 @@ fn no_ridge_is_drawn_twice() {
             let mut part = |merge_px: Option<f32>| {
                 let style = ink(|strokes| strokes.merge_px = merge_px.unwrap_or(strokes.merge_px));
                 let width_px = style.strokes().unwrap().width_px;
-                part_beside(&drawn(&mut world, &camera, &style), width_px)
+                part_doubled(&drawn(&mut world, &camera, &style), width_px)
             };
             let (own, planted) = (part(None), part(Some(1.0)));
             println!("{name} {camera}: {:.1} %, merged within 1 px {:.1} %", 100.0 * own, 100.0 * planted);

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::display::{Display, until};
 
-/// How long a person waits for the effect of a click before clicking again.
+/// How long a person waits for the effect of a click or of typed keys before repeating them.
 const EFFECT: Duration = Duration::from_secs(20);
 
 /// A widget as the window reports it.
@@ -78,21 +78,9 @@ impl Person<'_> {
         self.display.key(&["click", "1"]);
     }
 
-    /// Clicks on a widget until that has an effect: a busy machine may lose a click. `effect` returns what the effect is.
+    /// Clicks on a widget until that has an effect, which `effect` returns.
     pub(crate) fn click_until<T>(&self, role: &str, name: &str, effect: impl Fn() -> Option<T>) -> T {
-        until(&format!("an effect of {role} {name}"), || {
-            self.click(role, name);
-            // The effect of the first click must not be undone by a second one that comes too soon.
-            let begun = Instant::now();
-            while begun.elapsed() < EFFECT {
-                if let Some(done) = effect() {
-                    return Some(done);
-                }
-                std::thread::sleep(Duration::from_millis(50));
-            }
-            println!("clicked again: {name}");
-            None
-        })
+        repeat(&format!("an effect of {role} {name}"), || self.click(role, name), effect)
     }
 
     /// Returns a widget whose name begins like this, if it is there.
@@ -100,27 +88,37 @@ impl Person<'_> {
         self.all().into_iter().find(|widget| widget.role == role && widget.name.starts_with(name))
     }
 
-    /// Types a text or a number in place of what a field has, until the field has it: a busy machine may lose the click
-    /// before the keys.
+    /// Types a text or a number in place of what a field has, until the field has it.
     pub(crate) fn fill(&self, role: &str, name: &str, text: &str) {
-        until(&format!("{name}: {text}"), || {
+        let typed = || {
             self.click(role, name);
             self.keys(&["ctrl+a"]);
             self.display.key(&["type", "--delay", "15", text]);
             self.keys(&["Return"]);
-            let begun = Instant::now();
-            while begun.elapsed() < EFFECT {
-                if self.see(role, name).is_some_and(|widget| widget.value.starts_with(text)) {
-                    return Some(());
-                }
-                std::thread::sleep(Duration::from_millis(50));
-            }
-            println!("typed again: {name}");
-            None
+        };
+        repeat(&format!("{name}: {text}"), typed, || {
+            self.see(role, name).filter(|widget| widget.value.starts_with(text))
         });
     }
 
     pub(crate) fn keys(&self, keys: &[&str]) {
         self.display.key(&[&["key"], keys].concat());
     }
+}
+
+/// Acts until that has an effect, which `effect` returns: a busy machine may lose a click. Each act has [`EFFECT`] to
+/// have one, so that a second one does not undo the first; a repeated act is printed.
+fn repeat<T>(what: &str, act: impl Fn(), effect: impl Fn() -> Option<T>) -> T {
+    until(what, || {
+        act();
+        let begun = Instant::now();
+        while begun.elapsed() < EFFECT {
+            if let Some(done) = effect() {
+                return Some(done);
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        println!("once more: {what}");
+        None
+    })
 }

@@ -6,10 +6,10 @@
 // continues no contour. A piece of the skyline that another line continues may be short, and without it the skyline has a
 // gap, so there the least length is SKYLINE_PX. The steps in depth at PLACES segments along the stroke decide.
 //
-// A stroke tapers at its ends, but not where it hides land up to its end and another line begins within MEETS_PX ahead of
-// it: there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a
-// gap. An edge beside the stroke's continuation, within the distance in which parallel lines are
-// merged, has taken its place.
+// A stroke tapers at its ends, but not where it hides land up to its end and another edge is within MEETS_PX ahead of it:
+// there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a gap. An
+// edge to the side of the stroke's continuation, within the distance in which parallel lines are merged, has taken the
+// stroke's place.
 #import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
 #import hachure::stroke_style::Point

@@ -37,7 +37,7 @@ parameters! {
         occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Width of strokes within a slope, with nothing hidden behind them, as a fraction of that of skylines.
         interior_width called "Width within slopes": f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// Approximate least ratio of length to width, where ends that go on in another line count as longer; 0 is no limit.
+        /// Strokes shorter than about this many widths become thinner, less so if another line continues them; 0 is no limit.
         slender called "Least length to width": f32 = 0.0 => Range::Within(0.0, 200.0), zero "no limit";
         /// Largest fraction of the area that strokes may cover; above it the weakest are removed first; 1 is no limit.
         crowd called "Largest covered area": f32 = 1.0 => Range::Within(0.005, 1.0);
