@@ -26,6 +26,11 @@ struct ToneFit {
 const NEAR_BEGINS: f32 = 0.25;
 const NEAR_ENDS: f32 = 2.0;
 
+// Returns how much land at a distance from the eye is foreground, from 0 to 1.
+fn foreground_part(curve: ToneCurve, distance_m: f32) -> f32 {
+    return curve.is_known * smoothstep(NEAR_BEGINS, NEAR_ENDS, curve.middle_octave - log2(max(distance_m, 1e-3)));
+}
+
 // Returns the fitted tone of light at a distance from the eye.
 fn fitted(curve: ToneCurve, fit: ToneFit, lit: f32, distance_m: f32) -> f32 {
     if curve.is_known == 0.0 {
@@ -33,6 +38,5 @@ fn fitted(curve: ToneCurve, fit: ToneFit, lit: f32, distance_m: f32) -> f32 {
     }
     let along = (lit - curve.dark) / max(curve.white - curve.dark, 1e-3);
     let placed = clamp(mix(fit.low, fit.high, along), 0.0, 1.0);
-    let nearer = curve.middle_octave - log2(max(distance_m, 1e-3));
-    return 1.0 - (1.0 - placed) * (1.0 - fit.recede * smoothstep(NEAR_BEGINS, NEAR_ENDS, nearer));
+    return 1.0 - (1.0 - placed) * (1.0 - fit.recede * foreground_part(curve, distance_m));
 }

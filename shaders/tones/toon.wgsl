@@ -11,7 +11,7 @@
 #import hachure::lit_tone::{lit_tone, relief_light}
 #import hachure::mark_normal::FLAT
 #ifdef FITTED
-#import hachure::tone_curve::{ToneCurve, ToneFit, fitted}
+#import hachure::tone_curve::{ToneCurve, ToneFit, fitted, foreground_part}
 #endif
 
 #ifdef EDITED
@@ -63,6 +63,8 @@ struct Toon {
     // Number of cells of the masses, across and down.
     mass_cells: vec2<u32>,
     pad_c: vec2<f32>,
+    // Linear colour of the ink that tints near land, and its strength, 0 to 1.
+    foreground_ink: vec4<f32>,
 }
 
 @group(0) @binding(7) var<uniform> toon: Toon;
@@ -224,6 +226,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let hue = hue_of(textureLoad(local_color, pixel, 0).r);
         color = mix(color, glaze(hue.rgb, luminance(color)), toon.local * hue.a);
     }
+#endif
+#ifdef FITTED
+    // Transparent ink over the tones, as the graded blocks of colour prints (bokashi).
+    color *= mix(vec3<f32>(1.0), toon.foreground_ink.rgb, toon.foreground_ink.a * foreground_part(tone_curve, away_m));
 #endif
     textureStore(tone, pixel, vec4<f32>(mix(vec3<f32>(1.0), color, toon.wash), asked));
 }

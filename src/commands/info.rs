@@ -1,8 +1,10 @@
 //! `hachure info`: recognises a file by its content and describes it: a DEM, a folder of DEMs, an address, a pyramid,
 //! scene, style or camera path, a picture that hachure drew, water polygons, a model.
 
+mod layers;
 mod picture;
 mod scene;
+mod summits;
 mod things;
 
 use std::io::Read;
@@ -13,8 +15,10 @@ use anyhow::{Context, bail};
 use clap::Args;
 use serde::Serialize;
 
+use self::layers::LayersInfo;
 use self::picture::PictureInfo;
 use self::scene::SceneInfo;
+use self::summits::PeaksArgs;
 use self::things::{GeoJsonInfo, ModelInfo, PolygonInfo};
 use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
@@ -25,6 +29,7 @@ use crate::file::imprint as stored;
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
+use crate::peaks::Summit;
 use crate::pyramid::Pyramid;
 use crate::pyramid::format::sidecar_path;
 use crate::remote;
@@ -50,6 +55,8 @@ pub(crate) struct InfoArgs {
     /// Allow a scene file to name URLs and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
+    #[command(flatten)]
+    pub summits: PeaksArgs,
     /// Print the description as JSON
     #[arg(long)]
     pub json: bool,
@@ -67,6 +74,9 @@ struct Answer {
     file: PathBuf,
     #[serde(flatten)]
     info: Info,
+    /// The most prominent summits, if they are listed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peaks: Option<Vec<Summit>>,
 }
 
 #[derive(Serialize)]
@@ -109,6 +119,8 @@ enum Info {
     Polygons(PolygonInfo),
     /// Lines and points in a GeoJSON file, such as one that hachure wrote.
     Features(Summary),
+    /// Points, lines and areas with attributes in a file of another format.
+    Layers(LayersInfo),
     Model(ModelInfo),
     /// A list of positions of models.
     Positions {
@@ -151,11 +163,13 @@ struct PathInfo {
 pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
     let reach = Reach::trusting(args.trust_scene);
     let address = args.file.to_str().filter(|name| name.contains("://") && !args.file.exists());
-    let answer = match address {
+    let (file, info) = match address {
         // A URL may contain a password or a key.
-        Some(url) => Answer { info: address_info(url, args)?, file: remote::name_of(url).into() },
-        None => Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() },
+        Some(url) => (remote::name_of(url).into(), address_info(url, args)?),
+        None => (args.file.clone(), look_at(&args.file, &args.heights.options(), reach)?),
     };
+    let peaks = summits::found(args, &info)?;
+    let answer = Answer { file, info, peaks };
     if let Info::Dem { heights, .. } | Info::Pyramid { heights, .. } = &answer.info
         && let Some(doubt) = heights.doubt()
     {
@@ -164,7 +178,9 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
     if args.json {
         return print_json(&answer);
     }
-    print(&answer.text())
+    let least_m = args.summits.prominence.unwrap_or(0.0);
+    let listed = answer.peaks.as_ref().map(|peaks| summits::text(peaks, least_m)).unwrap_or_default();
+    print(&(answer.text() + &listed))
 }
 
 fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<Info> {
@@ -214,6 +230,9 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
             GeoJsonInfo::Features(found) => Info::Features(found),
         });
     }
+    if layers::is_likely(&head) || layers::of_ending(file) {
+        return layers::read(file).map(Info::Layers);
+    }
     let has_ending = |wanted: &str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
     if has_ending("obj") {
         return things::model(file).map(Info::Model);
@@ -230,6 +249,11 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
         && let Some(positions) = things::positions(file, &text)?
     {
         return Ok(Info::Positions { positions });
+    }
+    if has_ending("csv")
+        && let Ok(found) = layers::read(file)
+    {
+        return Ok(Info::Layers(found));
     }
     let claims_toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     match read_text(file, LARGEST_SCENE_BYTES) {
@@ -413,6 +437,7 @@ impl Answer {
             }
             Info::Picture(picture) => picture.text(&file),
             Info::Polygons(polygons) => polygons.text(&file),
+            Info::Layers(found) => found.text(&file),
             Info::Features(found) => things::features_text(&file, found),
             Info::Model(model) => model.text(&file),
             Info::Positions { positions } => format!("{file}: a list of {positions} positions of models\n"),

@@ -8,6 +8,7 @@ pub(crate) mod like;
 mod look;
 mod map;
 mod mesh;
+mod names;
 mod outputs;
 mod paper;
 mod sheets;
@@ -23,6 +24,7 @@ use clap::Args;
 
 use self::frames::FrameRange;
 use self::job::Job;
+use self::names::NamesArgs;
 use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
 use super::arguments;
@@ -170,6 +172,8 @@ pub(crate) struct RenderArgs {
     /// data and trees, as far as they are drawn, each with a sample in the inks and widths of the style
     #[arg(long)]
     pub legend: bool,
+    #[command(flatten)]
+    pub labels: NamesArgs,
     /// Frame a --map: a border with ticks and labels at round coordinates, in the reference system of the height file.
     /// With --paper or --dpi, a map of all of the land is reduced to the next round scale, such as 1 : 50 000
     #[arg(long = "map-frame")]
@@ -340,6 +344,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     let (args, liked) = like::resolved(&args, &kind)?;
     let args = &with_quality(args)?;
     map::check(args, &kind)?;
+    names::check(args, &kind)?;
     look::check(args)?;
     check_path(args, &kind)?;
     frames::check(args, &kind)?;

@@ -6,11 +6,10 @@ use glam::{DVec2, DVec3, UVec2, dvec2};
 use rayon::prelude::*;
 
 use super::flow::Grid;
-use crate::pyramid::store::TileStore;
+use crate::pyramid::PyramidError;
+use crate::pyramid::store::{TileStore, tile_heights_m};
 use crate::pyramid::surface::levels::LevelSize;
-use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
-use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, TileAddress, is_void};
-use crate::pyramid::{PyramidError, surface::loaded_tile::LoadedTile};
+use crate::pyramid::tile::{TILE_SAMPLES, TileAddress};
 use crate::scene::view::Rig;
 use crate::tiles::grid_projection::GridProjection;
 
@@ -24,8 +23,6 @@ const MARGIN: f64 = 0.15;
 /// Land that is farther away than this many times the eye's height above it, or the range of heights if that is more, is
 /// not looked at.
 const FARTHEST: f64 = 20.0;
-/// Number of coarser tiles that are kept while a missing tile is read.
-const KEPT_TILES: usize = 4;
 /// Rays along each side of the picture that find what is in view.
 const RAYS: u32 = 8;
 
@@ -124,7 +121,8 @@ impl Region {
         let [first, end] = self.tiles;
         let tiles: Vec<UVec2> =
             (first.y..end.y).flat_map(|y| (first.x..end.x).map(move |x| UVec2::new(x, y))).collect();
-        let read: Vec<Vec<f32>> = tiles.par_iter().map(|tile| self.read_tile(land, *tile)).collect::<Result<_, _>>()?;
+        let read = |tile: &UVec2| tile_heights_m(&land.store, TileAddress { level: self.level, x: tile.x, y: tile.y });
+        let read = tiles.par_iter().map(read).collect::<Result<Vec<_>, _>>()?;
         let mut heights_m = vec![f32::NAN; size.x as usize * size.y as usize];
         for (tile, heights) in tiles.iter().zip(&read) {
             let corner = (*tile - first) * TILE_SAMPLES;
@@ -138,44 +136,6 @@ impl Region {
             }
         }
         Ok(Grid { size: [size.x as usize, size.y as usize], step_m: steps.map(DVec2::length), heights_m })
-    }
-
-    /// Reads 256 × 256 heights; NaN where there is no land, and anything beyond the border of the level.
-    fn read_tile(&self, land: &Land, tile: UVec2) -> Result<Vec<f32>, PyramidError> {
-        let address = TileAddress { level: self.level, x: tile.x, y: tile.y };
-        let height_of = |served: f32| if is_void(served) { f32::NAN } else { served };
-        if land.store.has_tile(address) {
-            let loaded = Arc::clone(&land.store).load(address)?;
-            let rows = (0..TILE_SAMPLES).flat_map(|row| {
-                let start = ((row + TILE_BORDER) * TILE_STRIDE + TILE_BORDER) as usize;
-                loaded.tile.samples[start..start + TILE_SAMPLES as usize].iter().map(|served| height_of(*served))
-            });
-            return Ok(rows.collect());
-        }
-        // A sparse pyramid: a coarser tile has all the detail.
-        let levels = land.store.levels();
-        let scale = samples_of(levels[0]) / samples_of(levels[self.level as usize]);
-        // Rows cross the borders of coarser tiles.
-        let mut loaded: Vec<(TileAddress, LoadedTile)> = Vec::new();
-        let mut heights = Vec::with_capacity((TILE_SAMPLES * TILE_SAMPLES) as usize);
-        for (row, column) in (0..TILE_SAMPLES).flat_map(|row| (0..TILE_SAMPLES).map(move |column| (row, column))) {
-            let at = ((tile * TILE_SAMPLES + UVec2::new(column, row)).as_dvec2() + 0.5) * scale - 0.5;
-            let coarser = (self.level..levels.len() as u32).map(|level| tile_at(levels, level, at.x, at.y));
-            let known = coarser.flatten().find(|address| land.store.has_tile(*address));
-            let height_m = match known {
-                None => None,
-                Some(address) => {
-                    if !loaded.iter().any(|(of, _)| *of == address) {
-                        loaded.truncate(KEPT_TILES - 1);
-                        loaded.insert(0, (address, Arc::clone(&land.store).load(address)?));
-                    }
-                    let from = loaded.iter().find(|(of, _)| *of == address);
-                    from.and_then(|(_, from)| height_in_tile(levels, address, &from.tile, at.x, at.y))
-                }
-            };
-            heights.push(height_m.map_or(f32::NAN, |height_m| height_m as f32));
-        }
-        Ok(heights)
     }
 
     /// Returns a point of the world in the middle of the region, at height 0.

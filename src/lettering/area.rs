@@ -44,6 +44,11 @@ impl Area {
         self.high_px
     }
 
+    /// Returns the outlines as closed polygons, whose last point is the first one.
+    pub(crate) fn outlines(&self) -> impl Iterator<Item = Vec<DVec2>> + '_ {
+        self.outlines.iter().map(|outline| outline.iter().chain(outline.first()).copied().collect())
+    }
+
     /// Returns the parts of a horizontal line that are inside, from left to right.
     fn spans(&self, y: f64) -> Vec<[f64; 2]> {
         let mut crossings: Vec<(f64, i32)> = Vec::new();

@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 10;
+const VERSION: u32 = 11;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -139,6 +139,16 @@ pub struct More {
     pub legend: Option<bool>,
     /// Whether a map has a frame.
     pub frame: Option<bool>,
+    /// Value of `--peaks`.
+    pub peaks: Option<u32>,
+    /// File of `--names`.
+    pub names: Option<String>,
+    /// Value of `--name-layer`.
+    pub name_layer: Option<String>,
+    /// Value of `--name-when`.
+    pub name_when: Option<String>,
+    /// Value of `--name-field`.
+    pub name_field: Option<String>,
     /// Value of `--focus`.
     pub focus: Option<String>,
     /// Value of `--water`.
@@ -171,7 +181,7 @@ impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
-    /// `frame`; 10 `credits`, `legend` and `map_scale`.
+    /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -183,8 +193,10 @@ impl More {
         const GENERATED: u32 = 7;
         const FITTED: u32 = 8;
         const FRAMED: u32 = 9;
+        const TITLED: u32 = 10;
         match self {
-            _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => VERSION,
+            _ if self.peaks.is_some() || self.names.is_some() => VERSION,
+            _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => TITLED,
             _ if self.frame.is_some() => FRAMED,
             _ if self.tone_curve.is_some() => FITTED,
             _ if self.sea_level.is_some() || self.trees.is_some() || self.seed.is_some() => GENERATED,
@@ -238,6 +250,11 @@ impl More {
             ipd: _,
             map: _,
             title: _,
+            peaks,
+            names: _,
+            name_layer: _,
+            name_when: _,
+            name_field: _,
             credits: _,
             legend: _,
             frame: _,
@@ -252,6 +269,7 @@ impl More {
         } = self;
         let numbers = [
             ("time_s", *time_s, ranges::TIME_S),
+            ("peaks", peaks.map(f64::from), ranges::PEAKS),
             ("samples", samples.map(f64::from), ranges::SAMPLES),
             ("lod_error", *lod_error, ranges::LOD_ERROR_PX),
             ("nodata", *nodata, ranges::NO_DATA_M),

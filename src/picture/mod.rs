@@ -13,6 +13,7 @@ pub(crate) mod imprint;
 mod ink;
 mod in_view;
 mod ink_lines;
+pub(crate) mod names;
 pub(crate) mod legend;
 pub(crate) mod map_frame;
 pub(crate) mod nearest;

@@ -40,9 +40,9 @@ const BAR_LINE: f64 = 50.0;
 /// Width of the pen for capitals of height 1, and its minimum. A finer line would look grey, which makes small letters
 /// hard to read.
 pub(super) const PEN: f64 = 0.1;
-const MIN_PEN: f64 = 1.15;
+pub(super) const MIN_PEN: f64 = 1.15;
 /// The most that the minimum may be for capitals of height 1: wider lines would close the smallest letters.
-const MAX_PEN: f64 = 0.155;
+pub(super) const MAX_PEN: f64 = 0.155;
 /// Width of the line under the picture, if it has no border.
 const RULE: f64 = 1.0;
 /// Power of the coverage of filled letters at their edges. Light is mixed linearly, which makes dark letters on light paper

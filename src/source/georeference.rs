@@ -69,6 +69,9 @@ pub enum GeoreferenceError {
     /// The code is not in the catalogue, and the file does not give its unit or ellipsoid.
     #[error("its coordinate reference system EPSG:{epsg} is unknown; reproject it with gdalwarp -t_srs EPSG:4326")]
     UnknownCrs { epsg: u32 },
+    /// The text is neither a code nor Well-Known Text that hachure understands.
+    #[error("its coordinate reference system is unknown; reproject it to EPSG:4326")]
+    UnknownText,
     /// The code is of another kind of CRS than the file declares.
     #[error(
         "its coordinate reference system EPSG:{epsg} is not {declared}, as the file declares; assign the right one \
@@ -162,6 +165,20 @@ impl Georeference {
             }
         };
         Ok(Self { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], crs, geokeys: GeoKeys::default() })
+    }
+
+    /// Returns the same for a reference system as text: `EPSG:n`, or Well-Known Text in a file called `file`.
+    ///
+    /// # Errors
+    /// The reference system is unknown or geocentric.
+    pub(crate) fn of_text(text: &str, file: &str) -> Result<Self, GeoreferenceError> {
+        if let Some(code) = text.strip_prefix("EPSG:") {
+            let epsg: u32 = code.parse().map_err(|_| GeoreferenceError::UnknownCrs { epsg: 0 })?;
+            let known = u16::try_from(epsg).map_err(|_| GeoreferenceError::UnknownCrs { epsg })?;
+            return Self::of_coordinates(Some(known));
+        }
+        let keys = super::wkt::keys(text).ok_or(GeoreferenceError::UnknownText)?;
+        from_transform([0.0, 1.0, 0.0, 0.0, 0.0, 1.0], keys, file)
     }
 }
 

@@ -382,7 +382,22 @@ impl Style {
     /// Returns the colour of lettering (the title, the scale bar and the text next to it) on bare paper: that of the
     /// topmost main ink, or of the border, that has enough contrast to the paper; otherwise black or white.
     pub(crate) fn lettering_ink(&self) -> Color {
-        let paper = self.paper.color;
+        self.ink_on(self.paper.color)
+    }
+
+    /// Returns the colour of lettering in the sky of a view: that of [`Style::ink_on`] for the middle of the sky's
+    /// colours, or for paper where the sky has none.
+    pub(crate) fn ink_on_sky(&self) -> Color {
+        if !(self.sky.is_drawn() && self.sky.has_colors()) {
+            return self.lettering_ink();
+        }
+        let [top, bottom] = [self.sky.zenith, self.sky.horizon].map(Color::srgb);
+        self.ink_on(Color::from_srgb([0, 1, 2].map(|k| 0.5 * (top[k] + bottom[k]))))
+    }
+
+    /// Returns the colour of lettering on a colour: that of the topmost main ink, or of the border, that has enough
+    /// contrast to it; otherwise black or white.
+    pub(crate) fn ink_on(&self, paper: Color) -> Color {
         let inks = self.numbered_inks().rev().filter(|(_, _, ink)| ink.is_main).filter_map(|(_, _, ink)| ink.color);
         let border = (self.paper.border_px > 0.0).then_some(self.paper.border);
         let visible = inks.chain(border).find(|ink| has_contrast(*ink, paper));

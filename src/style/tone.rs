@@ -62,6 +62,10 @@ parameters! {
         dark_share called "Share of darks": f32 = 0.05 => Range::Within(0.0, 0.4);
         /// Share of its darkness that land loses where it is a quarter as far as the middle of the view. Needs `fit`.
         recede called "Lighter foreground": f32 = 0.33 => Range::Within(0.0, 1.0);
+        /// Ink that tints near land, strongest where it is a quarter as far as the middle of the view. Needs `fit`.
+        foreground_color called "Foreground colour": Color = Color::default();
+        /// How strongly near land is tinted.
+        foreground_tint called "Foreground tint": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
     }
 }
 

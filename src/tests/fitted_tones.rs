@@ -40,6 +40,8 @@ fn land(relief: f64) -> Option<World> {
 /// A pixel that shows land.
 struct Pixel {
     tone: f64,
+    /// Linear colour before haze.
+    color: [f64; 3],
     distance_m: f64,
     height_m: f64,
 }
@@ -65,7 +67,8 @@ fn drawn_from(
     let pixels = tones.iter().zip(&places_m).filter_map(|(texel, place_m)| {
         let place_m = (*place_m)?;
         let distance_m = place_m.distance(pose.position_m);
-        Some(Pixel { tone: texel[3], distance_m, height_m: place_m.z })
+        let color = [texel[0], texel[1], texel[2]];
+        Some(Pixel { tone: texel[3], color, distance_m, height_m: place_m.z })
     });
     (pixels.collect(), renderer.tone_curve(&world.gpu).unwrap())
 }
@@ -136,9 +139,7 @@ fn near_land_is_lighter_as_the_rule_says() {
     let error = |receding: &[Pixel], recede: f64| {
         let pairs = flat.iter().zip(receding);
         let errors = pairs.map(|(flat, near)| {
-            let octaves = (middle_m / flat.distance_m).log2();
-            let t = ((octaves - 0.25) / 1.75).clamp(0.0, 1.0);
-            let left = 1.0 - recede * t * t * (3.0 - 2.0 * t);
+            let left = 1.0 - recede * foreground_part(middle_m, flat.distance_m);
             (near.tone - (1.0 - (1.0 - flat.tone) * left)).abs()
         });
         errors.fold(0.0, f64::max)
@@ -148,6 +149,38 @@ fn near_land_is_lighter_as_the_rule_says() {
     assert!(error(&receding, 0.8) < 0.005);
     // Planted: less of the darkness is lost.
     let planted = error(&receding, 0.6);
+    assert!(planted > 0.02, "{planted}");
+}
+
+/// Returns how much land at a distance is foreground, where half of the land in view is nearer than `middle_m`.
+fn foreground_part(middle_m: f64, distance_m: f64) -> f64 {
+    let t = (((middle_m / distance_m).log2() - 0.25) / 1.75).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
+#[test]
+fn near_land_is_tinted_as_the_rule_says() {
+    let Some(mut world) = land(1.0) else { return };
+    let keys = "fit = true\nrecede = 0\nlightest = 0.8";
+    let (plain, curve) = drawn_from(&mut world, NEAR, &grey(keys, ""), None);
+    let middle_m = f64::from(curve.unwrap().middle_m);
+    let keys = format!("{keys}\nforeground_color = \"#0080ff\"\nforeground_tint = 0.5");
+    let (tinted, _) = drawn_from(&mut world, NEAR, &grey(&keys, ""), None);
+    let error = |ink: [f64; 3]| {
+        let of = |(plain, tinted): (&Pixel, &Pixel)| {
+            let part = 0.5 * foreground_part(middle_m, plain.distance_m);
+            let off = |k: usize| (tinted.color[k] - plain.color[k] * (1.0 - part * (1.0 - ink[k]))).abs();
+            // What hatching draws is unchanged.
+            (0..3).map(off).fold((tinted.tone - plain.tone).abs(), f64::max)
+        };
+        plain.iter().zip(&tinted).map(of).fold(0.0, f64::max)
+    };
+    // Linear values of the colour.
+    let ink = [0.0, 0.2159, 1.0];
+    println!("colours of near land differ by {:.4} from the rule", error(ink));
+    assert!(error(ink) < 0.005);
+    // Planted: the colour before it is linear.
+    let planted = error([0.0, 0.502, 1.0]);
     assert!(planted > 0.02, "{planted}");
 }
 

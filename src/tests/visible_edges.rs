@@ -165,7 +165,7 @@ impl Bench {
         extract::run(&mut recorder, lists, list, view, ids);
         if let Some(has_holes) = has_holes {
             let surface_id = &hachure::surface::id::only_land(&mut recorder);
-            outlines::run(&mut recorder, lists, &outlines::Inputs { view, depth, ids, surface_id, has_holes });
+            outlines::run(&mut recorder, lists, list, &outlines::Inputs { view, depth, ids, surface_id, has_holes });
         }
         if chains {
             let (rules, capacity) = (ChainRules::default(), MAX_FRAME_SEGMENTS);

@@ -46,6 +46,10 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         relief: if inputs.relief_light.is_some() { 1.0 } else { 0.0 },
         crests: if inputs.crest_light.is_some() { 1.0 } else { 0.0 },
         light_color: inputs.style.drawn_relief().map_or(0.0, |relief| relief.color),
+        foreground_ink: {
+            let [red, green, blue] = toon.foreground_color.linear();
+            [red, green, blue, toon.foreground_tint]
+        },
         mass_cells: inputs.masses.map_or([0, 0], |masses| masses.counts),
         ..ToonUniform::default()
     };

@@ -6,6 +6,7 @@ pub(crate) mod given_water;
 pub(crate) mod lone_model;
 pub(crate) mod map;
 mod meshes;
+pub(crate) mod named_places;
 pub(crate) mod path_fit;
 pub(crate) mod open;
 pub(crate) mod scattered;

@@ -11,8 +11,13 @@
 //
 // Segments are in the order of their squares (ordered.wgsl): stage 0 counts them, 1 writes them.
 //
+// An outline that has an edge already gets no segment. Edges within EDGE_PX of it are its own. Those a little farther
+// away are its own if they are about as far from the eye: merging moved them. The line of a farther ridge is not, except
+// for a skyline, into which merging takes the ridges before it.
+//
 // HOLES: the land may have holes, through which the sky appears below the horizon. Their rims are no outlines.
 #import hachure::view::{View, ray_of_pixel}
+#import hachure::edges::{Edge, edge_on_picture}
 #import hachure::stroke_style::Strokes
 #import hachure::strokes::{Segment, NO_EDGE, UNITS_PER_PX}
 #import hachure::stroke_samples::hash
@@ -30,15 +35,17 @@
 // `StrokeCounts` as an array of words.
 @group(0) @binding(6) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(7) var<storage, read_write> order: Order;
+@group(0) @binding(8) var<storage, read> edges: array<Edge>;
 
 // Index of `segments` in `counts`.
 const SEGMENTS: u32 = 1u;
 
 // Least step in distance, relative to the distance of the farther side, that is an outline.
 const LEAST_STEP: f32 = 0.05;
-// An edge within this distance is the outline itself. It may have been merged into a parallel one, so the distance grows
-// with `merge_px`; but a skyline is merged only into another one.
+// An edge within this distance is the outline itself.
 const EDGE_PX: f32 = 2.5;
+// Largest ratio of the distances of an outline and of the edge that merging moved away from it.
+const FARTHER: f32 = 1.25;
 // Largest factor by which the farther surface may come nearer between two pixels.
 const NEARER: f32 = 1.1;
 
@@ -73,17 +80,41 @@ fn crossing(p: vec2<i32>, q: vec2<i32>) -> Crossing {
     return Crossing(select(0.0, at_near, is_outline), px, at_far == 0.0);
 }
 
-// Returns whether an edge runs near an outline.
+// Returns whether the sky is next to a pixel of the reference image.
+fn borders_sky(pixel: vec2<i32>) -> bool {
+    let at = vec2<i32>(floor((vec2<f32>(pixel) + 0.5) / strokes.resolution));
+    return nearness_at(at + vec2<i32>(0, -2)) == 0.0 || nearness_at(at + vec2<i32>(0, 2)) == 0.0
+        || nearness_at(at + vec2<i32>(-2, 0)) == 0.0 || nearness_at(at + vec2<i32>(2, 0)) == 0.0;
+}
+
+// Returns whether an edge near an outline, at a pixel of the reference image, was merged with the outline.
+fn was_merged(edge: Edge, pixel: vec2<i32>, outline: Crossing) -> bool {
+    let line = edge_on_picture(edge, view.clip_from_camera, vec2<f32>(view.size_px), view.near_m);
+    let along = line.b.px - line.a.px;
+    let t = clamp(dot(outline.px - line.a.px, along) / max(dot(along, along), 1e-6), 0.0, 1.0);
+    // Inverse depth is linear along a line of the picture.
+    let nearness = view.near_m * mix(1.0 / line.a.depth_m, 1.0 / line.b.depth_m, t);
+    return nearness * FARTHER >= outline.nearness || borders_sky(pixel);
+}
+
+// Returns whether an outline has an edge already.
 fn has_edge(outline: Crossing) -> bool {
     let at = outline.px * strokes.resolution;
-    let reach = select(max(EDGE_PX, strokes.merge_px + 1.0), EDGE_PX, outline.is_skyline) * strokes.resolution;
+    // A skyline is merged only into another one.
+    let reach_px = select(max(EDGE_PX, strokes.merge_px + 1.0), EDGE_PX, outline.is_skyline);
     let last = vec2<i32>(strokes.image_px) - 1;
-    let low = clamp(vec2<i32>(floor(at - reach)), vec2<i32>(0), last);
-    let high = clamp(vec2<i32>(floor(at + reach)), vec2<i32>(0), last);
+    let low = clamp(vec2<i32>(floor(at - reach_px * strokes.resolution)), vec2<i32>(0), last);
+    let high = clamp(vec2<i32>(floor(at + reach_px * strokes.resolution)), vec2<i32>(0), last);
     var found = false;
     for (var y = low.y; y <= high.y && !found; y++) {
         for (var x = low.x; x <= high.x && !found; x++) {
-            found = textureLoad(ids, vec2<i32>(x, y), 0).r != 0u;
+            let pixel = vec2<i32>(x, y);
+            let id = textureLoad(ids, pixel, 0).r;
+            if id != 0u {
+                let away = abs(vec2<f32>(pixel) + 0.5 - at);
+                let is_close = max(away.x, away.y) <= (EDGE_PX + 0.5) * strokes.resolution;
+                found = is_close || was_merged(edges[id - 1u], pixel, outline);
+            }
         }
     }
     return found;

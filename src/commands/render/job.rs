@@ -390,6 +390,7 @@ impl Job<'_> {
         mut take: impl FnMut(Vec<Band>) -> Result<(), FileError>,
     ) -> anyhow::Result<PictureReport> {
         let title = self.title_block(&pose);
+        let labels = self.labels(pose)?;
         let mut legend = self.legend().filter(|_| title.as_ref().is_some_and(|title| title.legend.is_some()));
         let mut planes = self.planes.clone();
         planes.extend(legend.as_ref().map(Legend::planes).unwrap_or_default());
@@ -428,6 +429,7 @@ impl Job<'_> {
                 let blocks = if bands.iter().any(has_foot) { legend.blocks(&place) } else { Vec::new() };
                 blocks.iter().for_each(|block| bands.iter_mut().for_each(|band| block.draw(band, width)));
             }
+            labels.iter().for_each(|labels| bands.iter_mut().for_each(|band| labels.draw(band, width)));
             title.iter().for_each(|title| bands.iter_mut().for_each(|band| title.draw(band, width)));
             take(bands)
         };

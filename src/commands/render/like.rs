@@ -17,6 +17,7 @@ use clap::{Parser, ValueEnum};
 pub(super) use names::Names;
 
 use super::RenderArgs;
+use super::names::NamesArgs;
 use crate::commands::misuse::Misuse;
 use crate::commands::program::{Cli, Command};
 use crate::commands::world_args::WorldArgs;
@@ -75,6 +76,7 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
         all.title = all.title.or_else(|| more.title.clone());
         all.legend |= all.title.is_some() && more.legend.unwrap_or(false);
         all.credits = all.credits.or_else(|| more.credits.clone());
+        all.labels = all.labels.or(more);
         all.frame |= all.map.is_some() && more.frame.unwrap_or(false);
     }
     all.samples = all.samples.or(more.samples);
@@ -252,6 +254,9 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.title.clone_from(&args.title);
     more.credits.clone_from(&args.credits);
     more.map_scale = args.map_scale;
+    let NamesArgs { peaks, names, name_layer, name_when, name_field } = args.labels.clone();
+    (more.peaks, more.name_layer, more.name_when, more.name_field) = (peaks, name_layer, name_when, name_field);
+    more.names = names.map(|file| file.to_string_lossy().into_owned());
     more.legend = args.legend.then_some(true);
     more.frame = args.frame.then_some(true);
     more.map = args.map.map(|map| map.to_string());

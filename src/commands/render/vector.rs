@@ -164,6 +164,7 @@ impl Job<'_> {
         pose: Pose,
         is_on_earth: bool,
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
+        let labels = if is_on_earth { Vec::new() } else { self.label_groups(pose)? };
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, ..still };
@@ -188,6 +189,7 @@ impl Job<'_> {
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }
+                groups.extend(labels);
                 if !is_on_earth {
                     self.add_title(&mut groups, &pose);
                 }

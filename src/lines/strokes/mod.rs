@@ -343,7 +343,7 @@ impl FrameStrokes {
         // Without borders, the land may end where no line is wanted.
         if self.edge_rules.borders {
             let ids = &line_ids;
-            outlines::run(recorder, lists, &outlines::Inputs { view, depth, ids, surface_id, has_holes });
+            outlines::run(recorder, lists, edges, &outlines::Inputs { view, depth, ids, surface_id, has_holes });
         }
         let (segments, counts) = (&lists.segments, &lists.counts);
         let chains =

@@ -9,6 +9,7 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
+use crate::surface::edges::EdgeList;
 
 /// Inputs of the pass.
 pub(crate) struct Inputs<'a> {
@@ -24,7 +25,7 @@ pub(crate) struct Inputs<'a> {
 }
 
 /// Appends the missing segments to those of the edges.
-pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, inputs: &Inputs<'_>) {
     let Inputs { view, depth, ids, surface_id, has_holes } = *inputs;
     let resources = [
         ("view", view.clone()),
@@ -34,6 +35,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, inputs: &Inputs<'_
         ("surface_id", surface_id.into()),
         ("segments", lists.segments.binding()),
         lists.counts(),
+        edges.edges(),
     ];
     let groups = Groups::Of(depth.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
     for holes in [false, true] {

@@ -6,6 +6,7 @@
 //! Why: `docs/decisions/tile-streaming.md`.
 
 mod tile_store;
+mod tile_heights;
 mod ground;
 mod highest;
 
@@ -47,6 +48,7 @@ pub(crate) use mosaic_store::MosaicStore;
 pub(crate) use open_store::open_local_cog_with;
 pub use open_store::{open_local_cog, open_remote, open_remote_with};
 pub use pyramid::Pyramid;
+pub(crate) use tile_heights::tile_heights_m;
 pub use tile_store::{Cancel, Decode, TileStore};
 #[cfg(test)]
 pub(crate) use trim::trim;

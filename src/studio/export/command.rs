@@ -44,6 +44,11 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         title,
         credits,
         legend,
+        peaks,
+        names,
+        name_layer,
+        name_when,
+        name_field,
         frame,
         focus,
         water,
@@ -84,6 +89,11 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("map-scale", number(map_scale.filter(|_| !has_width)));
     add("title", title.clone());
     add("credits", credits.clone());
+    add("peaks", peaks.map(|count| count.to_string()));
+    add("names", names.clone());
+    add("name-layer", name_layer.clone());
+    add("name-when", name_when.clone());
+    add("name-field", name_field.clone());
     add("samples", samples.map(|samples| samples.to_string()));
     add("lod-error", number(*lod_error));
     add("tone-curve", tone_curve.clone());

@@ -76,6 +76,11 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("title", Kept("--title T -o a.svg")),
     ("credits", Kept("--title T --credits C -o a.png")),
     ("legend", Kept("--title T --legend -o a.png")),
+    ("peaks", Kept("--peaks 7 -o a.png")),
+    ("names", Kept("--names n.csv -o a.png")),
+    ("name_layer", Kept("--names n.gpkg --name-layer peaks -o a.png")),
+    ("name_when", Kept("--names n.csv --name-when ele>2 -o a.png")),
+    ("name_field", Kept("--names n.csv --name-field title -o a.png")),
     ("map_scale", Kept("--map 10,20 --map-scale 1:50000 --dpi 100 -o a.png")),
     ("frame", Kept("--map 10,20,3000 --map-frame -o a.png")),
     ("tile_memory", Kept("--tile-memory 3 -o a.png")),
@@ -140,6 +145,7 @@ fn drawn(args: &RenderArgs) -> String {
         title,
         credits,
         legend,
+        labels,
         frame,
         mesh_error: _,
         tile_memory: _,
@@ -163,7 +169,7 @@ fn drawn(args: &RenderArgs) -> String {
     let quality =
         format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
     let page = format!(
-        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
+        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {labels:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
         args.size()
     );
     format!("{world}\n{view}\n{quality}\n{page}")

@@ -1,0 +1,299 @@
+//! `render --peaks` and `--names`: labels of summits and places.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use glam::DVec2;
+use rustc_hash::FxHashMap;
+
+use super::{Job, RenderArgs};
+use crate::commands::arguments;
+use crate::commands::misuse::Misuse;
+use crate::commands::progress::Bar;
+use crate::features::when::When;
+use crate::file::message::named;
+use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::peaks::{Summit, Wanted, summits_of_store};
+use crate::picture::PictureRequest;
+use crate::picture::imprint::More;
+use crate::picture::legend::drawn_area;
+use crate::picture::names::{self, Ground, Labels, Seen, Site};
+use crate::picture::title::Block;
+use crate::scene::ranges;
+use crate::scene::view::Pose;
+use crate::style::Typeface;
+use crate::vector::Group;
+use crate::world::named_places::{self, NamedPlace, WantedNames};
+
+/// Least prominence of a summit that may have a label, in metres of the drawn land.
+const LEAST_PROMINENCE_M: f64 = 5.0;
+/// Largest number of summits among which those of a picture are chosen.
+const MAX_SUMMITS: usize = 50_000;
+/// A named place is at a summit if that is within this distance in metres, or within so many samples if they are
+/// farther apart.
+const SNAP_M: f64 = 250.0;
+const SNAP_SAMPLES: f64 = 3.0;
+/// Importance of a name relative to a height alone, and that of a name which is at no summit, in metres of prominence.
+const NAMED: f64 = 3.0;
+const ELSEWHERE_M: f64 = 60.0;
+
+/// Which summits and places have labels.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct NamesArgs {
+    /// Label up to this many summits in view with their heights, the most prominent first
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
+    pub peaks: Option<u32>,
+    /// Name summits and places: points with names in a GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf file, in any
+    /// reference system. A point near a summit names it; the others have a ring
+    #[arg(long, value_name = "FILE")]
+    pub names: Option<PathBuf>,
+    /// Layer of --names, if the file has several
+    #[arg(long, value_name = "LAYER", requires = "names")]
+    pub name_layer: Option<String>,
+    /// Name only features that meet a condition, such as "kind == 'peak' and ele > 2000"
+    #[arg(long, value_name = "CONDITION", requires = "names", value_parser = condition)]
+    pub name_when: Option<String>,
+    /// Attribute of --names that holds the names [default: name, title, label or text]
+    #[arg(long, value_name = "ATTRIBUTE", requires = "names")]
+    pub name_field: Option<String>,
+}
+
+impl NamesArgs {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.peaks.is_none() && self.names.is_none()
+    }
+
+    /// Returns these options, or those of a picture if there are none.
+    pub(super) fn or(self, more: &More) -> Self {
+        if !self.is_empty() {
+            return self;
+        }
+        let names = more.names.as_ref().map(PathBuf::from);
+        let of_names = |text: &Option<String>| text.clone().filter(|_| names.is_some());
+        Self {
+            peaks: more.peaks,
+            name_layer: of_names(&more.name_layer),
+            name_when: of_names(&more.name_when),
+            name_field: of_names(&more.name_field),
+            names,
+        }
+    }
+}
+
+/// Checks a condition; its attributes are checked when the file is read.
+fn condition(text: &str) -> Result<String, String> {
+    When::parse(text).map(|_| text.to_owned()).map_err(|error| error.to_string())
+}
+
+/// Checks whether the output can have labels.
+pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
+    let names = &args.labels;
+    if names.is_empty() {
+        return Ok(());
+    }
+    let option = if names.names.is_some() { "--names" } else { "--peaks" };
+    let output = named(&args.output);
+    let why = match kind {
+        _ if !args.stereo.eyes().of_pair().is_empty() => "a stereo pair has no labels yet; add --eyes mono",
+        _ if args.show.is_some() => "an intermediate target (--show) has no labels",
+        OutputKind::Picture(PictureFormat::GeoJson) => "a .geojson has no labels; the file of names is one already",
+        OutputKind::Picture(_) => return Ok(()),
+        _ => "a film has no labels yet; write a picture",
+    };
+    Err(Misuse(format!("{option}: {why}; the output is {output}")))
+}
+
+impl Job<'_> {
+    /// Returns the labels of a picture, first the halo, then the letters; none without options for them.
+    pub(super) fn labels(&mut self, pose: Pose) -> anyhow::Result<Vec<Block>> {
+        let Some(labels) = self.laid_out(pose)? else { return Ok(Vec::new()) };
+        let paper = &self.style.paper;
+        let ink = if self.map.is_some() { self.style.ink_on(paper.color) } else { self.style.ink_on_sky() };
+        let halo = Block { strokes: labels.halo, ..Block::empty(paper.color) };
+        let letters =
+            Block { strokes: labels.strokes, areas: labels.areas, replaced: labels.replaced, ..Block::empty(ink) };
+        Ok(vec![halo, letters])
+    }
+
+    /// Returns the labels as groups of a drawing.
+    pub(super) fn label_groups(&mut self, pose: Pose) -> anyhow::Result<Vec<Group>> {
+        let is_for_pens = self.args.pens.is_some();
+        let named =
+            self.labels(pose)?.into_iter().zip([("names-halo", "Halo of names"), ("names", "Names and heights")]);
+        // A pen has no ink of the colour of paper.
+        let drawn = named.filter(|(block, (id, _))| {
+            !(is_for_pens && *id == "names-halo") && !(block.strokes.is_empty() && block.areas.is_empty())
+        });
+        Ok(drawn.map(|(block, name)| block.group(name, is_for_pens)).collect())
+    }
+
+    fn laid_out(&mut self, pose: Pose) -> anyhow::Result<Option<Labels>> {
+        if self.args.labels.is_empty() {
+            return Ok(None);
+        }
+        let sites = self.sites()?;
+        let mut style = self.style.clone();
+        if self.args.pens.is_some() {
+            style.paper.typeface = Typeface::Strokes;
+        }
+        let still = PictureRequest::still(pose, self.args.size(), &style, self.world.light());
+        let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, ..still };
+        let seen = names::visible(&self.gpu, &mut self.world.surfaces, &request, &sites.all)?;
+        let [columns, rows] = drawn_area(&style.paper, self.args.size()).map(|ends| ends.map(|side| side as f64));
+        let area_px = [DVec2::new(columns[0], rows[0]), DVec2::new(columns[1], rows[1])];
+        let seen = self.chosen(&sites, seen, area_px);
+        let ground = Ground { area_px, paper: &style.paper, px: self.args.px_per_style_px() };
+        let labels = match self.map {
+            Some(_) => names::on_map(&sites.all, &seen, &ground),
+            None => names::above_land(&sites.all, &seen, &ground),
+        };
+        if labels.labelled.is_empty() {
+            let output = named(&self.args.output);
+            tracing::warn!("{output}: shows no summit or named place that has room for a label");
+        }
+        Ok(Some(labels))
+    }
+
+    /// Returns the sites inside of the picture's border: all names, and as many heights as were asked for.
+    fn chosen(&self, sites: &Sites, seen: Vec<Seen>, [low, high]: [DVec2; 2]) -> Vec<Seen> {
+        let is_inside = |at: &Seen| at.px.cmpge(low).all() && at.px.cmplt(high).all();
+        let (names, mut heights): (Vec<Seen>, Vec<Seen>) =
+            seen.into_iter().filter(is_inside).partition(|at| at.site < sites.names);
+        heights.sort_by(|a, b| sites.all[b.site].weight.total_cmp(&sites.all[a.site].weight));
+        heights.truncate(self.args.labels.peaks.unwrap_or(0) as usize);
+        names.into_iter().chain(heights).collect()
+    }
+
+    /// Returns all places that may have labels.
+    fn sites(&self) -> anyhow::Result<Sites> {
+        let options = &self.args.labels;
+        let terrain = &self.world.surfaces.terrain;
+        let store = terrain.store();
+        let bar = Bar::default();
+        let wanted = Wanted { most: MAX_SUMMITS, least_prominence_m: LEAST_PROMINENCE_M, lowest_m: store.range_m()[0] };
+        let summits = summits_of_store(store, wanted, &bar)?.unwrap_or_default();
+        let size = store.levels()[0];
+        let places = match &options.names {
+            Some(file) => {
+                let wanted = WantedNames {
+                    layer: options.name_layer.clone(),
+                    field: options.name_field.as_deref(),
+                    when: options.name_when.as_deref(),
+                };
+                named_places::read(file, &wanted, store.georeference(), [size.width, size.height])?
+            }
+            None => Vec::new(),
+        };
+        let [wide_m, _] = terrain.extent_m();
+        let snap_m = SNAP_M.max(SNAP_SAMPLES * wide_m / f64::from(size.width.max(2) - 1));
+        let exaggeration = self.world.scene.vertical_exaggeration;
+        let ground_m = |at: DVec2| self.world.ground_m(at.x, at.y);
+        Ok(Sites::new(&summits, &places, Rules { snap_m, exaggeration }, &ground_m))
+    }
+}
+
+/// Places that may have labels: first those with names, then summits without one.
+struct Sites {
+    all: Vec<Site>,
+    /// Number of sites with names.
+    names: usize,
+}
+
+/// How places and summits are related.
+#[derive(Clone, Copy)]
+struct Rules {
+    snap_m: f64,
+    /// Factor on the heights of the drawn land.
+    exaggeration: f64,
+}
+
+impl Sites {
+    fn new(summits: &[Summit], places: &[NamedPlace], rules: Rules, ground_m: &dyn Fn(DVec2) -> f64) -> Self {
+        let cell = |at: DVec2| (at / rules.snap_m).floor().as_i64vec2().to_array();
+        let at = |summit: &Summit| DVec2::from(summit.world_m);
+        let mut cells: FxHashMap<[i64; 2], Vec<usize>> = FxHashMap::default();
+        for (index, summit) in summits.iter().enumerate() {
+            cells.entry(cell(at(summit))).or_default().push(index);
+        }
+        let mut is_named = vec![false; summits.len()];
+        let mut all = Vec::new();
+        for place in places {
+            let [x, y] = cell(place.world_m);
+            let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [x + dx, y + dy]));
+            let near = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
+            let near =
+                near.filter(|index| !is_named[*index] && at(&summits[*index]).distance(place.world_m) <= rules.snap_m);
+            let summit = near.max_by(|a, b| summits[*a].prominence_m.total_cmp(&summits[*b].prominence_m));
+            all.push(match summit {
+                Some(index) => {
+                    is_named[index] = true;
+                    of_summit(&summits[index], Some(place), rules)
+                }
+                None => Site {
+                    world_m: place.world_m.extend(ground_m(place.world_m)),
+                    text: names::label(Some(&place.name), None),
+                    weight: ELSEWHERE_M,
+                    is_summit: false,
+                },
+            });
+        }
+        let names = all.len();
+        let unnamed = summits.iter().zip(&is_named).filter(|(_, is_named)| !**is_named);
+        all.extend(unnamed.map(|(summit, _)| of_summit(summit, None, rules)));
+        Self { all, names }
+    }
+}
+
+/// Returns the site of a summit, with the name and the stated height of a place at it.
+fn of_summit(summit: &Summit, place: Option<&NamedPlace>, rules: Rules) -> Site {
+    let drawn_m = f64::from(summit.height_m);
+    let height_m = place.and_then(|place| place.height_m).unwrap_or(drawn_m / rules.exaggeration);
+    let prominence_m = f64::from(summit.prominence_m) / rules.exaggeration;
+    Site {
+        world_m: DVec2::from(summit.world_m).extend(drawn_m),
+        text: names::label(place.map(|place| place.name.as_str()), Some(height_m)),
+        weight: prominence_m.max(1.0) * if place.is_some() { NAMED } else { 1.0 },
+        is_summit: true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn summit(world_m: [f64; 2], height_m: f32, prominence_m: f32) -> Summit {
+        Summit {
+            height_m,
+            prominence_m,
+            certain_prominence_m: prominence_m,
+            saddle_m: None,
+            isolation_m: None,
+            outside_m: None,
+            sample: [0, 0],
+            world_m,
+            latitude_longitude_deg: None,
+        }
+    }
+
+    fn place(world_m: [f64; 2], name: &str, height_m: Option<f64>) -> NamedPlace {
+        NamedPlace { world_m: world_m.into(), name: name.to_owned(), height_m }
+    }
+
+    #[test]
+    fn names_are_those_of_the_most_prominent_summit_nearby() {
+        let summits = [summit([0.0, 0.0], 3000.0, 900.0), summit([120.0, 0.0], 2980.0, 30.0)];
+        let places = [place([100.0, 20.0], "Main", None), place([110.0, 0.0], "Small", Some(1490.0))];
+        let rules = Rules { snap_m: 250.0, exaggeration: 2.0 };
+        let sites = Sites::new(&summits, &places, rules, &|_| 7.0);
+        let texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
+        assert_eq!((texts, sites.names), (vec!["Main 1\u{2009}500", "Small 1\u{2009}490"], 2));
+        assert_eq!(sites.all[0].world_m, DVec2::ZERO.extend(3000.0));
+        assert!((sites.all[0].weight - 3.0 * 450.0).abs() < 1e-9);
+        // Too far away for a name, which has a place of its own then.
+        let far = [place([900.0, 0.0], "Hut", Some(1.0))];
+        let sites = Sites::new(&summits, &far, rules, &|_| 7.0);
+        let texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
+        assert_eq!(texts, ["Hut", "1\u{2009}500", "1\u{2009}490"]);
+        assert_eq!((sites.all[0].world_m.z, sites.all[0].is_summit, sites.names), (7.0, false, 1));
+    }
+}

@@ -1,0 +1,3 @@
+//! Labels on pictures: where they are. `picture::names` draws them.
+
+pub(crate) mod placement;
