@@ -24,8 +24,10 @@ use crate::world::Surfaces;
 const SEEN_PX: f64 = 1920.0;
 /// Half of the side of the square of pixels in which a place is looked for: the surface is drawn within a pixel.
 const LOOK_PX: i32 = 2;
-/// How far a place may be from the surface that a pixel shows, in pixels at that distance.
+/// How far a place may be from the surface that a pixel shows: across the view in pixels, and along it as a share of the
+/// distance. The highest sample of a broad summit is often hidden behind the rim of the summit itself.
 const OFF_PX: f64 = 4.0;
+const BEHIND: f64 = 0.02;
 
 // Lengths are in pixels of the style.
 
@@ -41,6 +43,10 @@ const LEADER_GAPS: [f64; 2] = [3.0, 3.0];
 const GAP: f64 = 9.0;
 const LEADER_GAP: f64 = 4.0;
 const MARGIN: f64 = 10.0;
+/// Length of a leader on other land at which a label counts half as much.
+const ON_LAND: f64 = 20.0;
+/// Longest leader on other land of a summit without a name.
+pub(crate) const MAX_ON_LAND: f64 = 45.0;
 /// Largest number of rows.
 const MAX_ROWS: usize = 6;
 /// Half of the height of a summit's triangle and of a place's ring on a map, and the distance of the name.
@@ -69,6 +75,8 @@ pub(crate) struct Seen {
     pub site: usize,
     /// Position on the picture, in pixels.
     pub px: DVec2,
+    /// How far below the skyline it is, in pixels: the length of a leader on other land.
+    pub below_px: f64,
 }
 
 /// The part of a picture that may have labels, and their inks.
@@ -114,15 +122,24 @@ pub(crate) fn visible(
     renderer.render_eyes(gpu, world, &Rig::mono(view), &style, &request.light)?;
     let Some(places) = renderer.places(gpu, 0, [0, 0], size_px)? else { return Ok(Vec::new()) };
     let whole = View::whole(request.pose, request.pose, request.size_px);
+    let skyline = skyline_px(&places, size_px);
     let earth = world.terrain.earth_curvature(request.pose.position_m.z);
     let look = |(site, at): (usize, &Site)| {
         let way = earth.bend(at.world_m - request.pose.position_m);
         let seen = view.place_px(way).filter(|px| shows(&places, size_px, *px, way, view.focal_px()))?;
         // The same direction on the picture itself.
         let px = whole.place_px(way)?;
-        seen.is_finite().then_some(Seen { site, px })
+        let top = skyline[(seen.x as usize).min(skyline.len() - 1)];
+        let below_px = (seen.y - top).max(0.0) / factor;
+        seen.is_finite().then_some(Seen { site, px, below_px })
     };
     Ok(sites.iter().enumerate().filter_map(look).collect())
+}
+
+/// Returns the upper end of the land in each column, in pixels; the height of the picture where there is none.
+fn skyline_px(places: &[[f32; 4]], [width, height]: [u32; 2]) -> Vec<f64> {
+    let is_land = |x: u32, y: u32| places[(y * width + x) as usize][3] > 0.0;
+    (0..width).map(|x| f64::from((0..height).find(|y| is_land(x, *y)).unwrap_or(height))).collect()
 }
 
 /// Returns whether a pixel near `px` shows the surface at `way`, in metres from the eye.
@@ -136,11 +153,15 @@ fn shows(places: &[[f32; 4]], size_px: [u32; 2], px: DVec2, way: DVec3, focal_px
     if x < 0 || y < 0 || x >= width || y >= height {
         return false;
     }
-    let allowed_m = OFF_PX * way.length() / focal_px;
+    let away_m = way.length();
+    let (across_m, along_m) = (OFF_PX * away_m / focal_px, (BEHIND * away_m).max(OFF_PX * away_m / focal_px));
+    let toward = way / away_m.max(1e-6);
     (y - LOOK_PX..=y + LOOK_PX).filter(|y| (0..height).contains(y)).any(|y| {
         (x - LOOK_PX..=x + LOOK_PX).filter(|x| (0..width).contains(x)).any(|x| {
-            let [east, north, up, along_m] = places[(y * width + x) as usize];
-            along_m > 0.0 && DVec3::new(east.into(), north.into(), up.into()).distance(way) < allowed_m
+            let [east, north, up, depth_m] = places[(y * width + x) as usize];
+            let off_m = DVec3::new(east.into(), north.into(), up.into()) - way;
+            let behind_m = off_m.dot(toward);
+            depth_m > 0.0 && behind_m.abs() < along_m && off_m.reject_from_normalized(toward).length() < across_m
         })
     })
 }
@@ -159,7 +180,7 @@ pub(crate) fn above_land(sites: &[Site], seen: &[Seen], ground: &Ground<'_>) -> 
             y_px: at.px.y,
             width_px: line.width() * height_px,
             height_px,
-            weight: sites[at.site].weight,
+            weight: sites[at.site].weight / (1.0 + at.below_px / (ON_LAND * px)),
         })
         .collect();
     let rows = Rows {

@@ -64,7 +64,7 @@ parameters! {
         recede called "Lighter foreground": f32 = 0.33 => Range::Within(0.0, 1.0);
         /// Ink that tints near land, strongest where it is a quarter as far as the middle of the view. Needs `fit`.
         foreground_color called "Foreground colour": Color = Color::default();
-        /// How strongly near land is tinted.
+        /// How strongly near land is tinted; 0 does not tint it.
         foreground_tint called "Foreground tint": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
     }
 }

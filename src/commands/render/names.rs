@@ -159,6 +159,9 @@ impl Job<'_> {
         let is_inside = |at: &Seen| at.px.cmpge(low).all() && at.px.cmplt(high).all();
         let (names, mut heights): (Vec<Seen>, Vec<Seen>) =
             seen.into_iter().filter(is_inside).partition(|at| at.site < sites.names);
+        let is_map = self.map.is_some();
+        let longest_px = names::MAX_ON_LAND * self.args.px_per_style_px();
+        heights.retain(|at| is_map || at.below_px < longest_px);
         heights.sort_by(|a, b| sites.all[b.site].weight.total_cmp(&sites.all[a.site].weight));
         heights.truncate(self.args.labels.peaks.unwrap_or(0) as usize);
         names.into_iter().chain(heights).collect()
