@@ -45,6 +45,8 @@ pub(crate) struct Inputs<'a> {
     pub surfaces: &'a Surfaces,
     /// The style as it is drawn on the map ([`Style::for_map`]).
     pub style: &'a Style,
+    /// Boxes that numbers must not touch: lower and upper corners, in pixels.
+    pub obstacles_px: &'a [[DVec2; 2]],
     /// Pixels per pixel of the style.
     pub px: f64,
 }
@@ -72,7 +74,7 @@ fn numbered(style: &Style) -> Option<&HeightLines> {
 /// # Errors
 /// The first tile that cannot be read.
 pub(crate) fn numbers(inputs: &Inputs<'_>) -> Result<Option<Numbers>, PyramidError> {
-    let Inputs { map, surfaces, style, px } = *inputs;
+    let Inputs { map, surfaces, style, obstacles_px, px } = *inputs;
     let Some(lines) = numbered(style) else { return Ok(None) };
     let [columns, rows] = drawn_area(&style.paper, map.size_px);
     let corners_px = [0, 1].map(|i| DVec2::new(columns[i] as f64, rows[i] as f64));
@@ -98,7 +100,7 @@ pub(crate) fn numbers(inputs: &Inputs<'_>) -> Result<Option<Numbers>, PyramidErr
     let typeface = style.paper.typeface;
     let page = Page {
         corners_px,
-        obstacles_px: &[],
+        obstacles_px,
         letter_px,
         width_px: &|text| letter_px * Line::small(text, typeface).width(),
         uphill: &|at_px| form.gradient(at_px),

@@ -63,7 +63,8 @@ impl Drawn {
     }
 
     fn numbers(&self) -> Numbers {
-        let inputs = Inputs { map: &self.map, surfaces: &self.world.surfaces, style: &self.style, px: 1.0 };
+        let inputs =
+            Inputs { map: &self.map, surfaces: &self.world.surfaces, style: &self.style, obstacles_px: &[], px: 1.0 };
         numbers(&inputs).unwrap().unwrap()
     }
 
@@ -187,7 +188,8 @@ fn numbers_are_in_the_gaps_of_their_lines() {
 fn styles_without_numbers_have_no_gaps() {
     let Some(mut drawn) = Drawn::new(cone_m) else { return };
     drawn.style.lowest_height_lines_mut().unwrap().number_px = 0.0;
-    let inputs = Inputs { map: &drawn.map, surfaces: &drawn.world.surfaces, style: &drawn.style, px: 1.0 };
+    let inputs =
+        Inputs { map: &drawn.map, surfaces: &drawn.world.surfaces, style: &drawn.style, obstacles_px: &[], px: 1.0 };
     assert!(numbers(&inputs).unwrap().is_none());
     // Numbers do not depend on the part of a large picture that is drawn.
     assert_eq!(drawn.ink_with(Vec::new()), drawn.ink);

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::frames::WarmUp;
 use super::map::{PlacedMap, Sidecars};
+use super::numbers::blocks_px;
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{RenderArgs, like};
@@ -393,7 +394,7 @@ impl Job<'_> {
         let title = self.title_block(&pose);
         let labels = self.labels(pose)?;
         let mut legend = self.legend().filter(|_| title.as_ref().is_some_and(|title| title.legend.is_some()));
-        let numbers = self.contour_numbers()?;
+        let numbers = self.contour_numbers(&blocks_px(&labels))?;
         let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
         let numbers = numbers.as_ref().map(Numbers::block);
         let mut planes = self.planes.clone();

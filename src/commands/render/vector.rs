@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::super::misuse::Misuse;
+use super::numbers::groups_px;
 use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
 use crate::file::message::{counted, named, shown};
@@ -171,7 +172,7 @@ impl Job<'_> {
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         // A geographic file has no letters, so its lines need no gaps for them.
-        let numbers = if is_on_earth { None } else { self.contour_numbers()? };
+        let numbers = if is_on_earth { None } else { self.contour_numbers(&groups_px(&labels))? };
         let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
         let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, line_gaps: &line_gaps, ..still };
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
