@@ -12,6 +12,7 @@ mod eye;
 mod land_maps;
 mod in_use;
 mod inks;
+mod line_gaps;
 mod lines;
 mod mark_sets;
 mod passes;
@@ -31,6 +32,7 @@ pub use self::antialias::Antialias;
 #[cfg(test)]
 pub(crate) use self::antialias::SAMPLES_AT_REST;
 pub(crate) use self::eye::EyeMemory;
+pub use self::line_gaps::LineGap;
 #[cfg(test)]
 pub(crate) use self::results::DrawnMeshCounts;
 pub use crate::composite::PICTURE;
@@ -144,6 +146,8 @@ pub struct Renderer {
     /// The views that are known to be without water.
     dry: dry::DryViews,
     tones: tones::Tones,
+    /// The gaps of contour lines in the next frames.
+    line_gaps: Vec<LineGap>,
     /// Whether streams and ridge lines were being computed for the last frame, and how often some had arrived.
     drainage_is_late: bool,
     drainage_arrivals: u64,
@@ -191,6 +195,8 @@ struct FrameInputs<'a> {
     fit: Option<FrameFit>,
     /// The edited masses of stepped tones, in a style that edits them and a frame that can.
     masses: Option<FrameMasses>,
+    /// The gaps of contour lines.
+    line_gaps: &'a [LineGap],
 }
 
 impl Renderer {
@@ -223,6 +229,7 @@ impl Renderer {
             switch: switch::Switch::new(gpu),
             dry: dry::DryViews::default(),
             tones: tones::Tones::default(),
+            line_gaps: Vec::new(),
             drainage_is_late: false,
             drainage_arrivals: 0,
         })
@@ -512,6 +519,7 @@ impl Renderer {
             temporal_aa,
             fit,
             masses,
+            line_gaps: &self.line_gaps,
         };
         self.may_sway = passes::render_eyes(&mut recorder, &inputs, &mut self.eyes);
         let is_complete = recorder.is_complete();

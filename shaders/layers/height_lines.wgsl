@@ -5,6 +5,9 @@
 // and needs no neighbours: lines are as sharp at the borders of parts and where land hides land. The form is the one
 // used for light (form.wgsl): a cartographer draws lines as calm as the map's scale (Imhof 1965, on generalisation).
 //
+// Lines are interrupted where `gaps` has a box: there is a number. A box may also interrupt a neighbouring line, which
+// would make the number hard to read.
+//
 // Every `index`-th line, usually every fifth, is heavier. Lines that are too close to be distinguished fade out, and
 // the heavier ones after them.
 #import hachure::view::View
@@ -28,6 +31,16 @@ struct HeightLineRules {
     steepest: f32,
 }
 
+// A box in which lines are interrupted, in pixels of the whole picture.
+struct LineGap {
+    centre_px: vec2<f32>,
+    // Unit vector of the box's length.
+    along: vec2<f32>,
+    // Half of the length and of the height. A negative length ends the list.
+    half_px: vec2<f32>,
+    pad: vec2<f32>,
+}
+
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: HeightLineRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
@@ -37,6 +50,7 @@ struct HeightLineRules {
 @group(0) @binding(4) var water: texture_2d<f32>;
 // Ink, 0 to 1.
 @group(0) @binding(5) var ink: texture_storage_2d<r32float, write>;
+@group(0) @binding(6) var<storage, read> gaps: array<LineGap>;
 
 // Distance between contour lines below which they are not drawn; from twice that distance on they are drawn fully.
 const MIN_GAP_PX: f32 = 2.0;
@@ -50,6 +64,22 @@ fn lines(height_m: f32, rise_m: f32, interval_m: f32, width_px: f32) -> f32 {
     let cover = line_ink(away_px, width_px);
     let are_apart = smoothstep(MIN_GAP_PX, 2.0 * MIN_GAP_PX, gap_px / max(width_px, 1.0));
     return cover * are_apart * (1.0 - smoothstep(0.5 * MAX_GAP_PX, MAX_GAP_PX, gap_px));
+}
+
+// Returns the part of a pixel that is in no gap. `px` is its centre in the whole picture.
+fn outside_gaps(px: vec2<f32>) -> f32 {
+    var outside = 1.0;
+    for (var i = 0u; i < arrayLength(&gaps); i++) {
+        let gap = gaps[i];
+        if gap.half_px.x < 0.0 {
+            break;
+        }
+        let away = px - gap.centre_px;
+        let across = vec2<f32>(-gap.along.y, gap.along.x);
+        let inset = gap.half_px - abs(vec2<f32>(dot(away, gap.along), dot(away, across)));
+        outside = min(outside, clamp(0.5 - min(inset.x, inset.y), 0.0, 1.0));
+    }
+    return outside;
 }
 
 @compute @workgroup_size(8, 8)
@@ -78,5 +108,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         lines(height_m, rise_m, interval_m, rules.line_px),
         lines(height_m, rise_m, index_m, rules.index_px));
     let is_gentle = 1.0 - smoothstep(0.8 * rules.steepest, rules.steepest, length(slope));
-    textureStore(ink, pixel, vec4<f32>(drawn * is_gentle));
+    var inked = drawn * is_gentle;
+    if inked > 0.0 {
+        inked *= outside_gaps(vec2<f32>(pixel + view.origin_px) + 0.5 - view.jitter_px);
+    }
+    textureStore(ink, pixel, vec4<f32>(inked));
 }

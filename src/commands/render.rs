@@ -9,6 +9,7 @@ mod look;
 mod map;
 mod mesh;
 mod names;
+mod numbers;
 mod outputs;
 mod paper;
 mod sheets;

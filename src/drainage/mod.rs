@@ -21,8 +21,7 @@ use std::time::{Duration, Instant};
 use glam::{DVec2, DVec3};
 
 use self::flow::{Flow, Grid, Sense};
-pub(crate) use self::region::Land;
-use self::region::Region;
+pub(crate) use self::region::{Land, Region};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::wgsl::lines::drainage::{DrainagePoint, LAST_OF_LINE};

@@ -76,12 +76,35 @@ impl Region {
         }
         let widest_px = rig.eyes.iter().map(|eye| f64::from(eye.picture_px[0].max(eye.picture_px[1])));
         let widest_px = widest_px.fold(1.0, f64::max);
-        let coarsest = land.store.levels().len() as u32 - 1;
         let wanted = (seen.max_element() / (SAMPLES_PER_PX * widest_px)).log2().ceil().max(0.0) as u32;
-        (wanted.min(coarsest)..=coarsest).map(|level| Self::around(land, level, low, high)).find(|region| {
-            let size = region.size(land.store.levels());
-            u64::from(size.x) * u64::from(size.y) <= MAX_SAMPLES || region.level == coarsest
-        })
+        Some(Self::bounded(land, wanted, [low, high]))
+    }
+
+    /// Returns the region around places on the grid, in samples of the finest level: at the wanted level, or at a coarser
+    /// one if it would have more than [`MAX_SAMPLES`] samples.
+    pub(crate) fn bounded(land: &Land, wanted: u32, [low, high]: [DVec2; 2]) -> Self {
+        let levels = land.store.levels();
+        let mut region = Self::around(land, wanted.min(levels.len() as u32 - 1), low, high);
+        while region.level + 1 < levels.len() as u32 {
+            let size = region.size(levels);
+            if u64::from(size.x) * u64::from(size.y) <= MAX_SAMPLES {
+                break;
+            }
+            region = Self::around(land, region.level + 1, low, high);
+        }
+        region
+    }
+
+    /// Returns the level of the pyramid.
+    pub(crate) fn level(&self) -> u32 {
+        self.level
+    }
+
+    /// Returns the column and the row in the region of a place on the grid, which is in samples of the finest level.
+    pub(crate) fn column_and_row(&self, land: &Land, place: DVec2) -> DVec2 {
+        let levels = land.store.levels();
+        let scale = samples_of(levels[self.level as usize]) / samples_of(levels[0]);
+        (place + 0.5) * scale - 0.5 - (self.tiles[0] * TILE_SAMPLES).as_dvec2()
     }
 
     /// Returns the tiles of a level around places in samples of the finest one.

@@ -1,7 +1,7 @@
 //! The inks of a frame: runs the passes that layers describe by an [`InkPass`](crate::style::layers::InkPass), and
 //! collects the pictures of all layers for the composite.
 
-use super::FrameInputs;
+use super::{FrameInputs, line_gaps};
 use crate::composite::DrawnInk;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
@@ -9,7 +9,7 @@ use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::{curvature, drainage, rims, smooth, threshold};
-use crate::style::layers::{Channels, Fading};
+use crate::style::layers::{Channels, Fading, HEIGHT_LINES};
 use crate::style::{Drainage, Layer, Lines, Style, StyleInk};
 
 /// The resources that the pass of a layer may bind.
@@ -46,6 +46,9 @@ pub(super) fn draw(
         ("water", at_eye.water.into()),
         ("ink", (&ink).into()),
     ];
+    if pass.shader == HEIGHT_LINES {
+        resources.push(("gaps", line_gaps::upload(recorder, inputs).binding()));
+    }
     resources.extend(inputs.world.terrain.resources());
     recorder.pixels(pass.shader, ink.size_px(), &resources);
     Some(ink)

@@ -296,6 +296,7 @@ impl Renderer {
                 temporal_aa,
                 fit,
                 masses: FrameMasses::of(rig, style),
+                line_gaps: &self.line_gaps,
             };
             render_eyes(&mut recorder, &inputs, memories);
             is_complete &= recorder.is_complete();

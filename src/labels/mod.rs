@@ -1,3 +1,4 @@
-//! Labels on pictures: where they are. `picture::names` draws them.
+//! Labels on pictures: where they are. `picture::names` and `picture::contour_numbers` draw them.
 
+pub(crate) mod numbers;
 pub(crate) mod placement;

@@ -259,6 +259,40 @@ impl Line {
         self.places(at, height).filter_map(of).collect()
     }
 
+    /// Returns the start of each letter and its width, from left to right, in heights of capitals.
+    pub(crate) fn advances(&self) -> impl Iterator<Item = [f64; 2]> {
+        let mut start = 0.0;
+        self.pieces.iter().map(move |piece| {
+            let own = [start, piece.advance];
+            start += piece.advance;
+            own
+        })
+    }
+
+    /// Returns the strokes and the letters of fonts of a line whose letters have positions and directions of their own.
+    /// `place` returns the left end of the baseline of the letter that starts at the given distance and has the given
+    /// width, and its reading direction in radians, clockwise; both are in the unit of `height`.
+    pub(crate) fn along(&self, height: f64, place: impl Fn(f64, f64) -> (DVec2, f64)) -> (Vec<Vec<DVec2>>, Vec<Area>) {
+        let (mut strokes, mut areas) = (Vec::new(), Vec::new());
+        for (piece, [start, advance]) in self.pieces.iter().zip(self.advances()) {
+            let (left, angle) = place(height * start, height * advance);
+            let along = DVec2::from_angle(angle);
+            match &piece.shape {
+                Shape::Own(letter) => {
+                    let point = |own: &DVec2| left + height * (own.x * along - own.y * along.perp());
+                    strokes.extend(letter.strokes.iter().map(|stroke| stroke.iter().map(point).collect()));
+                }
+                Shape::Font(outlines) if outlines.is_empty() => {}
+                Shape::Font(outlines) => {
+                    let [x, y] = [along, -along.perp()].map(|axis| height * axis);
+                    let place = Affine::new([x.x, x.y, y.x, y.y, left.x, left.y]);
+                    areas.push(Area::new(place * outlines.clone(), HATCHING * height));
+                }
+            }
+        }
+        (strokes, areas)
+    }
+
     /// Returns the letters with the left ends of their baselines.
     fn places(&self, at: DVec2, height: f64) -> impl Iterator<Item = (&Piece, DVec2)> {
         let mut x = 0.0;

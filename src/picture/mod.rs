@@ -10,6 +10,7 @@
 pub mod aov;
 pub(crate) mod eyes;
 pub(crate) mod imprint;
+pub(crate) mod contour_numbers;
 mod ink;
 mod in_view;
 mod ink_lines;
@@ -38,7 +39,7 @@ use crate::composite::PICTURE;
 use crate::file::FileError;
 use crate::file::exr::Samples;
 use crate::file::png::PngWriter;
-use crate::frame::{self, Antialias, Light, Renderer, terrain_view_of};
+use crate::frame::{self, Antialias, Light, LineGap, Renderer, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
@@ -107,6 +108,8 @@ pub struct PictureRequest<'a> {
     pub antialias: Antialias,
     /// The curve that fits the tones of a style that does so; without it, the picture is measured.
     pub tone_curve: Option<ToneCurve>,
+    /// The gaps of contour lines, for numbers that are drawn over the picture.
+    pub line_gaps: &'a [LineGap],
 }
 
 impl<'a> PictureRequest<'a> {
@@ -124,6 +127,7 @@ impl<'a> PictureRequest<'a> {
             samples: 1,
             antialias,
             tone_curve: None,
+            line_gaps: &[],
         }
     }
 }
@@ -215,6 +219,7 @@ fn render_eyes<E>(
     world.terrain.hold_error_px(0.0);
     for renderer in renderer.iter_mut() {
         renderer.set_tone_curve(None);
+        renderer.set_line_gaps(Vec::new());
         renderer.set_masses(None);
     }
     drawn
@@ -306,6 +311,7 @@ fn draw_parts<E>(
             let renderer = Renderer::or_new(renderer, gpu)?;
             renderer.set_antialias(antialias);
             renderer.set_tone_curve(tone_curve);
+            renderer.set_line_gaps(request.line_gaps.to_vec());
             renderer.set_masses(masses.clone());
             let wants = |is: fn(PlaneSource) -> bool| request.planes.iter().any(|plane| is(plane.source));
             renderer.set_wants_motion(wants(|source| matches!(source, PlaneSource::Motion(_))));

@@ -102,6 +102,7 @@ pub(crate) fn render_strokes(
     let tone_curve = super::tones::curve(gpu, world, request)?;
     let renderer = Renderer::or_new(renderer, gpu)?;
     renderer.set_tone_curve(tone_curve);
+    renderer.set_line_gaps(request.line_gaps.iter().map(|gap| gap.scaled(scale.into())).collect());
     renderer.set_wants_motion(false);
     renderer.set_wants_mark_sets(wants_marks);
     let view = View::whole(request.previous, request.pose, size_px).at(request.clock);
@@ -116,6 +117,7 @@ pub(crate) fn render_strokes(
         if reads_marks { ink_lines::read(gpu, renderer, style, &view, &light)? } else { InkLines::default() };
     renderer.set_wants_mark_sets(false);
     renderer.set_tone_curve(None);
+    renderer.set_line_gaps(Vec::new());
     gpu.check()?;
     let groups = marks.below.iter_mut().chain(&mut marks.above);
     let all = strokes.iter_mut().flatten().chain(groups.flat_map(|group| &mut group.lines));

@@ -104,6 +104,11 @@ pub(crate) struct Block {
     pub legend: Option<LegendPlace>,
 }
 
+/// Returns the width of the pen for letters of a height. `px` is the number of pixels per pixel of the style.
+pub(super) fn pen_px(height_px: f64, px: f64) -> f64 {
+    (PEN * height_px).max((MIN_PEN * px).min(MAX_PEN * height_px))
+}
+
 /// Returns the height of a title block in pixels of the style, without and with its legend.
 fn heights(has_credits: bool, legend_rows: usize) -> [f64; 2] {
     let height = HEIGHT + if has_credits { CREDITS_HEIGHT } else { 0.0 };
@@ -219,7 +224,7 @@ impl Page {
     }
 
     fn write(&mut self, line: &Line, at: DVec2, height: f64, px: f64) {
-        let width_px = (PEN * height).max((MIN_PEN * px).min(MAX_PEN * height));
+        let width_px = pen_px(height, px);
         self.strokes.extend(line.strokes(at, height).into_iter().map(|points| PenStroke { points, width_px }));
         self.areas.extend(line.areas(at, height));
     }

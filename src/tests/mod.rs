@@ -15,6 +15,7 @@ mod chosen_lines;
 mod chain;
 mod coherence;
 mod continent;
+mod contour_numbers;
 mod controls;
 mod crowd;
 mod curvature;

@@ -60,6 +60,7 @@ pub(super) fn take(shot: &Shot, folder: &Path) -> Result<PathBuf, String> {
         samples: imprint.more.samples.unwrap_or(1),
         antialias: Antialias::None,
         tone_curve: imprint.more.tone_curve.as_deref().and_then(|curve| curve.parse().ok()),
+        line_gaps: &[],
     };
     let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let path = free_path(folder, &stem(now));

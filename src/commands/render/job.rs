@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::frames::WarmUp;
 use super::map::{PlacedMap, Sidecars};
+use super::numbers::blocks_px;
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{RenderArgs, like};
@@ -24,6 +25,7 @@ use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::gpu::recorder::Submits;
 use crate::picture::aov::Plane;
+use crate::picture::contour_numbers::Numbers;
 use crate::picture::eyes::{self, joined};
 use crate::picture::imprint::{Imprint, matrices};
 use crate::picture::legend::{self, Legend};
@@ -392,6 +394,9 @@ impl Job<'_> {
         let title = self.title_block(&pose);
         let labels = self.labels(pose)?;
         let mut legend = self.legend().filter(|_| title.as_ref().is_some_and(|title| title.legend.is_some()));
+        let numbers = self.contour_numbers(&blocks_px(&labels))?;
+        let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
+        let numbers = numbers.as_ref().map(Numbers::block);
         let mut planes = self.planes.clone();
         planes.extend(legend.as_ref().map(Legend::planes).unwrap_or_default());
         let request = PictureRequest {
@@ -405,6 +410,7 @@ impl Job<'_> {
             samples: self.args.samples(),
             antialias: self.args.antialias(),
             tone_curve: self.tone_curve,
+            line_gaps: &line_gaps,
         };
         if self.args.json && self.args.show.is_none() {
             // The report has the time of each pass.
@@ -429,8 +435,8 @@ impl Job<'_> {
                 let blocks = if bands.iter().any(has_foot) { legend.blocks(&place) } else { Vec::new() };
                 blocks.iter().for_each(|block| bands.iter_mut().for_each(|band| block.draw(band, width)));
             }
-            labels.iter().for_each(|labels| bands.iter_mut().for_each(|band| labels.draw(band, width)));
-            title.iter().for_each(|title| bands.iter_mut().for_each(|band| title.draw(band, width)));
+            let drawn_over = numbers.iter().chain(&labels).chain(&title);
+            drawn_over.for_each(|block| bands.iter_mut().for_each(|band| block.draw(band, width)));
             take(bands)
         };
         let report = match shown.of_pair() {

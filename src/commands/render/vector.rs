@@ -5,12 +5,14 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::super::misuse::Misuse;
+use super::numbers::groups_px;
 use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
 use crate::file::message::{counted, named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::pdf::write_pdf;
 use crate::file::svg::{self, Drawing, Layer, Unit};
+use crate::picture::contour_numbers::Numbers;
 use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
@@ -25,6 +27,8 @@ use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 type EyeInk = (&'static str, &'static str, &'static str);
 const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
 const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
+/// Id and label of the layer with the numbers on contour lines.
+const NUMBERS: (&str, &str) = ("contour-numbers", "Numbers on contour lines");
 
 /// Options of an SVG, or of a GeoJSON, whose lines are in pixels until they are georeferenced.
 pub(super) struct SvgOptions {
@@ -167,7 +171,10 @@ impl Job<'_> {
         let labels = if is_on_earth { Vec::new() } else { self.label_groups(pose)? };
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
-        let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, ..still };
+        // A geographic file has no letters, so its lines need no gaps for them.
+        let numbers = if is_on_earth { None } else { self.contour_numbers(&groups_px(&labels))? };
+        let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
+        let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, line_gaps: &line_gaps, ..still };
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let lines = render_strokes(gpu, renderer, surfaces, &request, self.pair.as_ref())
             .with_context(|| format!("cannot write {}", named(path)))?;
@@ -186,6 +193,8 @@ impl Job<'_> {
                 let mut groups = lines.marks;
                 groups.extend(vector::groups(strokes, stroke_ink));
                 groups.extend(lines.marks_above);
+                let letters = numbers.map(|numbers| numbers.block().group(NUMBERS, pens.is_some()));
+                groups.extend(letters.filter(|letters| !letters.lines.is_empty() || !letters.fills.is_empty()));
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }

@@ -17,6 +17,9 @@ pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage(
     Group::Ink.shows("Ink of contour lines of height"),
 );
 
+/// The shader of contour lines, the only one that reads the gaps of numbers.
+pub(crate) const HEIGHT_LINES: &str = "layers/height_lines";
+
 /// Every fifth contour line is an index contour, which is wider.
 pub(crate) const LINES_PER_INDEX: f64 = 5.0;
 
@@ -32,6 +35,8 @@ parameters! {
         line_px called "Line width": f32 = 0.7 => Range::Within(0.1, 8.0);
         /// Width of every fifth line, the index contour.
         index_px called "Index line width": f32 = 1.3 => Range::Within(0.1, 8.0);
+        /// Height of the digits of the numbers that interrupt contour lines on maps; 0 draws none.
+        number_px called "Height of numbers": f32 = 0.0 => Range::Within(0.0, 40.0), zero "none";
         /// The land is smoothed to this size first, so that lines do not follow single samples.
         form_px called "Smoothing of land": f32 = 4.0 => Range::Within(1.0, 256.0);
         /// Steeper land has no lines; useful on maps with rock drawing.
@@ -78,7 +83,7 @@ impl LayerBehaviour for HeightLines {
             steepest: if self.steepest_deg < 90.0 { self.steepest_deg.to_radians().tan() } else { 1e9 },
         };
         let rules = bytemuck::bytes_of(&rules).to_vec();
-        (self.interval_m > 0.0).then_some(InkPass { shader: "layers/height_lines", rules, ink: &HEIGHT_INK })
+        (self.interval_m > 0.0).then_some(InkPass { shader: HEIGHT_LINES, rules, ink: &HEIGHT_INK })
     }
 
     /// Replaces an interval of 0 with 1, 2 or 5 times a power of ten.

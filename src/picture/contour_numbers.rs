@@ -1,0 +1,192 @@
+//! Numbers on the contour lines of a map: where they are, their letters, and the gaps of the lines for them.
+//!
+//! The GPU draws contour lines pixel by pixel and has no list of them. So the same form of the land is computed here
+//! ([`form`]), its contour lines are traced ([`trace`]), and [`crate::labels::numbers`] places the numbers on those. The
+//! GPU then leaves out the ink in the boxes of the numbers ([`LineGap`]).
+//!
+//! Why: `docs/decisions/contour-numbers.md`.
+
+mod form;
+mod trace;
+
+use std::sync::Arc;
+
+use glam::DVec2;
+
+use self::form::Form;
+use self::trace::Cell;
+use super::legend::drawn_area;
+use super::title::{Block, pen_px};
+use crate::drainage::Land;
+use crate::frame::LineGap;
+use crate::labels::numbers::{Contour, Number, Page, Rules, metres, place};
+use crate::lettering::Line;
+use crate::lettering::ink::PenStroke;
+use crate::pyramid::PyramidError;
+use crate::scene::map::Map;
+use crate::style::layers::LINES_PER_INDEX;
+use crate::style::{Color, HeightLines, Layer, Style, Typeface};
+use crate::world::Surfaces;
+
+/// Lines whose distance is smaller than this many times their width, but at least pixels, fade out, and so do lines whose
+/// distance is larger than `FARTHEST_PX`: the middles of the transitions in `shaders/layers/height_lines.wgsl`.
+const NEAREST: f64 = 3.0;
+const FARTHEST_PX: f64 = 600.0;
+/// The steepest land with lines, as a fraction of the tangent at which they have faded out.
+const GENTLE: f64 = 0.9;
+/// Height of a gap above and below the digits, in heights of digits.
+const ABOVE: f64 = 0.2;
+/// Distance of a level from whole tenths of a metre, in tenths, beyond which its number would be wrong.
+const ROUNDED: f64 = 1e-3;
+
+/// The map whose contour lines have numbers.
+pub(crate) struct Inputs<'a> {
+    pub map: &'a Map,
+    pub surfaces: &'a Surfaces,
+    /// The style as it is drawn on the map ([`Style::for_map`]).
+    pub style: &'a Style,
+    /// Boxes that numbers must not touch: lower and upper corners, in pixels.
+    pub obstacles_px: &'a [[DVec2; 2]],
+    /// Pixels per pixel of the style.
+    pub px: f64,
+}
+
+/// The numbers on the contour lines of a map.
+#[derive(Clone, Debug)]
+pub(crate) struct Numbers {
+    pub placed: Vec<Number>,
+    ink: Color,
+    typeface: Typeface,
+    /// Pixels per pixel of the style.
+    px: f64,
+}
+
+/// Returns the layer whose lines have numbers, if there is one.
+fn numbered(style: &Style) -> Option<&HeightLines> {
+    style.layers.iter().find_map(|layer| match layer {
+        Layer::HeightLines(lines) => Some(lines).filter(|lines| lines.number_px > 0.0 && lines.interval_m > 0.0),
+        _ => None,
+    })
+}
+
+/// Places the numbers of a map; `None` if its style has none.
+///
+/// # Errors
+/// The first tile that cannot be read.
+pub(crate) fn numbers(inputs: &Inputs<'_>) -> Result<Option<Numbers>, PyramidError> {
+    let Inputs { map, surfaces, style, obstacles_px, px } = *inputs;
+    let Some(lines) = numbered(style) else { return Ok(None) };
+    let [columns, rows] = drawn_area(&style.paper, map.size_px);
+    let corners_px = [0, 1].map(|i| DVec2::new(columns[i] as f64, rows[i] as f64));
+    let terrain = &surfaces.terrain;
+    let land = Land { store: Arc::clone(terrain.store()), projection: terrain.grid_projection().clone() };
+    let form = Form::read(&land, map, corners_px, lines.form_px.into())?;
+    let drawn_interval_m = f64::from(lines.interval_m) * surfaces.exaggeration();
+    let sea_level_m = surfaces.sea_level_m().filter(|_| style.water().is_some()).unwrap_or(f64::NEG_INFINITY);
+    let is_land = |cell: &Cell| cell.heights_m.iter().all(|height_m| *height_m > sea_level_m);
+    let is_drawn = |cell: &Cell, level: i64| is_land(cell) && is_inked(lines, map, drawn_interval_m, cell, level);
+    let traced = trace::lines(&form, drawn_interval_m, is_drawn);
+    let texts: Vec<String> = traced.iter().map(|line| text(line.level as f64 * f64::from(lines.interval_m))).collect();
+    let contours = traced.iter().zip(&texts).map(|(line, text)| Contour {
+        points: &line.points,
+        is_closed: line.is_closed,
+        level_m: line.level as f64 * f64::from(lines.interval_m),
+        is_index: is_index(line.level),
+        is_depth: false,
+        text,
+    });
+    let contours: Vec<Contour<'_>> = contours.collect();
+    let letter_px = f64::from(lines.number_px);
+    let typeface = style.paper.typeface;
+    let page = Page {
+        corners_px,
+        obstacles_px,
+        letter_px,
+        width_px: &|text| letter_px * Line::small(text, typeface).width(),
+        uphill: &|at_px| form.gradient(at_px),
+    };
+    let rules = Rules::default();
+    let placed = place(&contours, &page, &Rules { spacing_px: px * rules.spacing_px, ..rules });
+    Ok(Some(Numbers { placed, ink: lines.ink, typeface, px }))
+}
+
+fn is_index(level: i64) -> bool {
+    level.rem_euclid(LINES_PER_INDEX as i64) == 0
+}
+
+/// Returns the number of a level; empty if whole tenths of a metre cannot express it.
+fn text(level_m: f64) -> String {
+    let tenths = 10.0 * level_m;
+    let tolerance = ROUNDED * tenths.abs().max(1.0);
+    if (tenths - tenths.round()).abs() > tolerance.min(0.1) { String::new() } else { metres(level_m, false) }
+}
+
+/// Returns whether the line of a level has ink in a cell.
+fn is_inked(lines: &HeightLines, map: &Map, interval_m: f64, cell: &Cell, level: i64) -> bool {
+    let is_shown = |every: f64, width_px: f32| {
+        let gap_px = every * interval_m / cell.rise_m;
+        gap_px > NEAREST * f64::from(width_px).max(1.0) && gap_px < FARTHEST_PX
+    };
+    let slope = cell.rise_m / map.pixel_m;
+    let is_gentle = lines.steepest_deg >= 90.0 || slope < GENTLE * f64::from(lines.steepest_deg).to_radians().tan();
+    let as_index = || is_index(level) && is_shown(LINES_PER_INDEX, lines.index_px);
+    is_gentle && (is_shown(1.0, lines.line_px) || as_index())
+}
+
+impl Numbers {
+    /// Returns the letters, in the ink of the lines.
+    pub(crate) fn block(&self) -> Block {
+        let mut block = Block::empty(self.ink);
+        for number in &self.placed {
+            let height_px = number.size_px.y;
+            let (strokes, areas) = self.line(number).along(height_px, |from_px, advance_px| {
+                let letter = number.letter(from_px, advance_px);
+                (letter.left_px, letter.angle)
+            });
+            let width_px = pen_px(height_px, self.px);
+            block.strokes.extend(strokes.into_iter().map(|points| PenStroke { points, width_px }));
+            block.areas.extend(areas);
+        }
+        block
+    }
+
+    /// Returns the boxes in which the lines are interrupted: one for a straight number, otherwise one for each letter.
+    pub(crate) fn gaps(&self) -> Vec<LineGap> {
+        self.placed.iter().flat_map(|number| self.gaps_of(number)).collect()
+    }
+
+    fn gaps_of(&self, number: &Number) -> Vec<LineGap> {
+        let size_px = number.size_px;
+        let beside_px = (0.5 * (number.gap_px[1] - number.gap_px[0] - size_px.x)).max(0.0);
+        let gap = |[from_px, advance_px]: [f64; 2]| {
+            let letter = number.letter(from_px, advance_px);
+            let along = DVec2::from_angle(letter.angle);
+            LineGap {
+                centre_px: letter.left_px + 0.5 * advance_px * along - 0.5 * size_px.y * along.perp(),
+                along,
+                half_px: DVec2::new(0.5 * advance_px + beside_px, (0.5 + ABOVE) * size_px.y),
+            }
+        };
+        if number.is_straight() {
+            return vec![gap([0.0, size_px.x])];
+        }
+        self.line(number).advances().map(|letter| gap(letter.map(|length| size_px.y * length))).collect()
+    }
+
+    fn line(&self, number: &Number) -> Line {
+        Line::small(&number.text, self.typeface)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_those_of_their_levels() {
+        assert_eq!([text(1200.0), text(-40.0), text(2.5), text(0.1_f32.into())], ["1200", "−40", "2.5", "0.1"]);
+        assert_eq!([text(0.25), text(12.34)], [""; 2]);
+        // An interval in single precision.
+        assert_eq!(text(73.0 * f64::from(0.1_f32)), "7.3");
+    }
+}
