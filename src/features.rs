@@ -42,7 +42,7 @@ use self::sink::Sink;
 #[cfg(test)]
 use self::{
     model::{Area, Position},
-    summary::{Attribute, Bounds, Crs, Reason, Skipped},
+    summary::{Reason, Skipped},
 };
 
 /// Largest number of positions in one feature; 800 MB of memory. The largest polygon of OpenStreetMap's coastlines has

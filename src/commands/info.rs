@@ -47,7 +47,8 @@ use crate::world;
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
     /// DEM, folder of DEMs or tiles, baked pyramid, URL, scene file, style file, camera path, picture that hachure
-    /// drew, GeoJSON or OBJ file; or the name of a built-in scene or path
+    /// drew, OBJ file, or features: GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf; or the name of a built-in scene or
+    /// path
     pub file: PathBuf,
     /// How to read height files.
     #[command(flatten)]

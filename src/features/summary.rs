@@ -25,6 +25,35 @@ pub(crate) struct Summary {
     pub is_complete: bool,
 }
 
+impl Summary {
+    /// Adds what another layer of the same file has. Extents in different reference systems are not comparable: the
+    /// extent is that of the layers with the reference system of the first one.
+    pub(crate) fn merge(&mut self, other: Self) {
+        if self.format.is_empty() {
+            *self = other;
+            return;
+        }
+        if self.crs == other.crs {
+            let bounds = other.bounds.map(|own| Bounds::with(own.max, Some(Bounds::with(own.min, self.bounds))));
+            self.bounds = bounds.or(self.bounds);
+        }
+        for attribute in other.attributes {
+            match self.attributes.iter_mut().find(|own| own.name == attribute.name) {
+                Some(own) => {
+                    own.texts += attribute.texts;
+                    own.numbers += attribute.numbers;
+                    own.bools += attribute.bools;
+                    own.binaries += attribute.binaries;
+                }
+                None => self.attributes.push(attribute),
+            }
+        }
+        self.layers.extend(other.layers);
+        self.unlisted_values += other.unlisted_values;
+        self.skipped.extend(other.skipped);
+    }
+}
+
 /// A layer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Layer {

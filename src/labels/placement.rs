@@ -40,13 +40,6 @@ mod settle;
     )
 )]
 pub(crate) mod slanted;
-#[cfg_attr(
-    not(test),
-    expect(
-        dead_code,
-        reason = "labels of flights, and slanted ones, are laid out and tested; windows do not draw them yet"
-    )
-)]
 pub(crate) mod steady;
 
 #[cfg(test)]

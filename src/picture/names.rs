@@ -146,7 +146,7 @@ fn skyline_px(places: &[[f32; 4]], [width, height]: [u32; 2]) -> Vec<f64> {
 fn shows(places: &[[f32; 4]], size_px: [u32; 2], px: DVec2, way: DVec3, focal_px: f64) -> bool {
     let [width, height] = size_px.map(|side| side as i32);
     let middle = px.floor();
-    if !(middle.abs().max_element() < 1e9) {
+    if !middle.is_finite() || middle.abs().max_element() > 1e9 {
         return false;
     }
     let [x, y] = [middle.x as i32, middle.y as i32];

@@ -52,6 +52,7 @@ mod hatching;
 mod ground_metres;
 mod ground;
 mod height_lines;
+mod names;
 mod ink;
 mod light;
 mod line_pictures;

@@ -61,8 +61,8 @@ pub(crate) enum NamesError {
     TooMany { path: PathBuf },
 }
 
-/// Reads the points of a file that are on the land and have a name. Features of other kinds are ignored; a warning says
-/// how many.
+/// Reads the points of a file that are on the land and have a name. Coordinates without a reference system are in that of
+/// the heights. Features of other kinds are ignored; if no point is left, a warning says why.
 ///
 /// # Errors
 /// The file cannot be read, its reference system is unknown, or no attribute holds names.
@@ -94,7 +94,8 @@ pub(crate) fn read(
     let height_key = first_of(&keys, &HEIGHT_FIELDS);
     let own = match &summary.crs {
         Some(crs) => Georeference::of_text(&crs.text, &named(path)),
-        None => Georeference::of_coordinates(None),
+        // Coordinates without a reference system are those of the heights.
+        None => Ok(Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..place.clone() }),
     };
     let own = own.map_err(|cause| NamesError::Crs { path: owned(), cause })?;
     let no_way = |cause: String| NamesError::NoWay { path: owned(), cause: printable(&cause, 120) };

@@ -13,6 +13,7 @@ mod in_view;
 mod land;
 mod lone_models;
 mod models;
+mod names;
 mod places;
 mod quality;
 mod quiet;

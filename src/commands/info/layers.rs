@@ -64,21 +64,19 @@ pub(super) fn is_likely(head: &[u8]) -> bool {
 /// # Errors
 /// The file is damaged or has none of the formats.
 pub(super) fn read(file: &Path) -> anyhow::Result<LayersInfo> {
-    let mut layers = Vec::new();
     let summary = match features::survey(file, &Choice::default()) {
         // A GeoPackage with several layers.
         Err(error) if !error.layers().is_empty() => {
             let mut all = Summary::default();
             for layer in error.layers() {
                 let found = features::survey(file, &Choice { layer: Some(layer.clone()) })?;
-                layers.extend(found.layers.iter().map(layer_info));
-                all = Summary { layers: Vec::new(), ..found };
+                all.merge(found);
             }
             all
         }
         found => found?,
     };
-    layers.extend(summary.layers.iter().map(layer_info));
+    let layers = summary.layers.iter().map(layer_info).collect();
     let attributes = summary.attributes.iter().map(|attribute| AttributeInfo {
         name: attribute.name.to_string(),
         texts: attribute.texts,

@@ -145,7 +145,7 @@ mod tests {
         assert_eq!(prominence(&highest), "3001 (>2800)");
         assert_eq!(isolation(&highest), ">12.3");
         assert_eq!(place(&highest), "46.85251,-121.76080; -20 m east, 1000 m north of the centre");
-        assert!(text(&[highest.clone()], 0.0).ends_with("nearer.\n"));
+        assert!(text(std::slice::from_ref(&highest), 0.0).ends_with("nearer.\n"));
         let inner = Summit {
             certain_prominence_m: 3000.6,
             isolation_m: Some(1234.0),

@@ -122,7 +122,8 @@ impl Job<'_> {
             self.labels(pose)?.into_iter().zip([("names-halo", "Halo of names"), ("names", "Names and heights")]);
         // A pen has no ink of the colour of paper.
         let drawn = named.filter(|(block, (id, _))| {
-            !(is_for_pens && *id == "names-halo") && !(block.strokes.is_empty() && block.areas.is_empty())
+            let is_empty = block.strokes.is_empty() && block.areas.is_empty();
+            !is_empty && (!is_for_pens || *id != "names-halo")
         });
         Ok(drawn.map(|(block, name)| block.group(name, is_for_pens)).collect())
     }
@@ -241,7 +242,8 @@ impl Sites {
             });
         }
         let names = all.len();
-        let unnamed = summits.iter().zip(&is_named).filter(|(_, is_named)| !**is_named);
+        let is_certain = |summit: &Summit| f64::from(summit.certain_prominence_m) >= LEAST_PROMINENCE_M;
+        let unnamed = summits.iter().zip(&is_named).filter(|(summit, is_named)| !**is_named && is_certain(summit));
         all.extend(unnamed.map(|(summit, _)| of_summit(summit, None, rules)));
         Self { all, names }
     }
@@ -251,7 +253,8 @@ impl Sites {
 fn of_summit(summit: &Summit, place: Option<&NamedPlace>, rules: Rules) -> Site {
     let drawn_m = f64::from(summit.height_m);
     let height_m = place.and_then(|place| place.height_m).unwrap_or(drawn_m / rules.exaggeration);
-    let prominence_m = f64::from(summit.prominence_m) / rules.exaggeration;
+    // Beyond the border of the data, a summit there may be the slope of a higher one.
+    let prominence_m = f64::from(summit.certain_prominence_m) / rules.exaggeration;
     Site {
         world_m: DVec2::from(summit.world_m).extend(drawn_m),
         text: names::label(place.map(|place| place.name.as_str()), Some(height_m)),
@@ -295,6 +298,9 @@ mod tests {
         // Too far away for a name, which has a place of its own then.
         let far = [place([900.0, 0.0], "Hut", Some(1.0))];
         let sites = Sites::new(&summits, &far, rules, &|_| 7.0);
+        // A summit on the border of the data may be none.
+        let on_border = Summit { certain_prominence_m: 0.0, ..summit([5000.0, 0.0], 2000.0, 500.0) };
+        assert_eq!(Sites::new(&[on_border], &[], rules, &|_| 7.0).all, []);
         let texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
         assert_eq!(texts, ["Hut", "1\u{2009}500", "1\u{2009}490"]);
         assert_eq!((sites.all[0].world_m.z, sites.all[0].is_summit, sites.names), (7.0, false, 1));

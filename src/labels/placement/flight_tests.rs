@@ -1,3 +1,6 @@
+//! Tests of layouts over successive frames.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
 use std::collections::BTreeMap;
 
 use super::check::check;

@@ -159,12 +159,6 @@ impl Problem {
         }
         places
     }
-
-    /// Returns the total gain of a layout.
-    #[cfg(test)]
-    pub(super) fn total(&self, rows_of: &[Option<usize>]) -> f64 {
-        rows_of.iter().enumerate().filter_map(|(site, row)| row.map(|row| self.gains[row][site])).sum()
-    }
 }
 
 impl Site {

@@ -1,3 +1,6 @@
+//! Tests of names on maps.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
 use super::points::{Board, Page, Point, points};
 use super::{Hold, Random, Rect};
 

@@ -104,11 +104,6 @@ impl Steady {
         Some((state.slot, state.opacity(self.now_s)))
     }
 
-    /// Returns the numbers of all labels that are visible, in ascending order.
-    pub(crate) fn all_visible(&self) -> Vec<u64> {
-        self.labels.keys().copied().filter(|id| self.visible(*id).is_some()).collect()
-    }
-
     /// Lets a label disappear because its summit is no longer visible.
     pub(crate) fn hide(&mut self, id: u64) {
         let now_s = self.now_s;

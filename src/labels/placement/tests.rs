@@ -1,3 +1,6 @@
+//! Tests of layouts of panoramas.
+#![allow(clippy::print_stdout, reason = "tests print what they measure")]
+
 use std::f64::consts::SQRT_2;
 use std::time::Instant;
 
