@@ -40,7 +40,6 @@ impl Drawn {
     fn new(height_m: fn(f64, f64) -> f64) -> Option<Self> {
         let world = World::new(grid_of(401, 401, 10.0, height_m), 0.2)?;
         let mut style = Style::load("pen").unwrap().without(&["drainage", "ground", "strokes", "water"]);
-        style.tone = Style::load("plain").unwrap().tone;
         let lines = style.lowest_height_lines_mut().unwrap();
         lines.interval_m = INTERVAL_M as f32;
         lines.number_px = 7.0;

@@ -11,7 +11,7 @@ use hachure::labels::placement::Rect;
 use hachure::picture::PictureRequest;
 use hachure::picture::names::{Ground, Labels, Seen, Site, above_land, on_map, visible};
 use hachure::scene::view::Pose;
-use hachure::style::Style;
+use hachure::style::{Style, Typeface};
 
 const SIZE_PX: [u32; 2] = [480, 300];
 /// From the south, 150 m above the ground.
@@ -51,7 +51,9 @@ impl Drawn {
     fn new() -> Option<Self> {
         let world = World::new(grid_of(501, 501, 10.0, height_m), 0.2)?;
         let pose = world.pose(CAMERA);
-        Some(Self { world, style: Style::load("pen").unwrap(), pose })
+        let mut style = Style::load("pen").unwrap();
+        style.paper.typeface = Typeface::Serif;
+        Some(Self { world, style, pose })
     }
 
     fn seen(&mut self, sites: &[Site]) -> Vec<Seen> {

@@ -51,7 +51,7 @@ fn a_style_names_a_texture_or_a_file_next_to_it() {
         matches!(&error, StyleError::Named { source, .. } if matches!(**source, StyleError::UnknownTexture { .. }))
     );
     let expected = format!(
-        "{}:44:11: strokes.texture: crayon: no such stroke texture; ",
+        "{}:45:11: strokes.texture: crayon: no such stroke texture; ",
         folder.path().join("style.toml").display()
     );
     assert!(error.to_string().starts_with(&expected), "{error}");
