@@ -235,7 +235,7 @@ impl Sites {
                 }
                 None => Site {
                     world_m: place.world_m.extend(ground_m(place.world_m)),
-                    text: names::label(Some(&place.name), None),
+                    text: names::label(Some(&place.name), place.height_m),
                     weight: ELSEWHERE_M,
                     is_summit: false,
                 },
@@ -302,7 +302,7 @@ mod tests {
         let on_border = Summit { certain_prominence_m: 0.0, ..summit([5000.0, 0.0], 2000.0, 500.0) };
         assert_eq!(Sites::new(&[on_border], &[], rules, &|_| 7.0).all, []);
         let texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
-        assert_eq!(texts, ["Hut", "1\u{2009}500", "1\u{2009}490"]);
+        assert_eq!(texts, ["Hut 1", "1\u{2009}500", "1\u{2009}490"]);
         assert_eq!((sites.all[0].world_m.z, sites.all[0].is_summit, sites.names), (7.0, false, 1));
     }
 }
