@@ -225,14 +225,16 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     {
         return Ok(Info::Picture(Box::new(picture)));
     }
-    if is_geojson(file, &text) {
-        return Ok(match things::geojson(file)? {
-            GeoJsonInfo::Polygons(polygons) => Info::Polygons(polygons),
-            GeoJsonInfo::Features(found) => Info::Features(found),
-        });
-    }
     if layers::is_likely(&head) || layers::of_ending(file) {
         return layers::read(file).map(Info::Layers);
+    }
+    if is_geojson(file, &text) {
+        return match things::geojson(file) {
+            Ok(GeoJsonInfo::Polygons(polygons)) => Ok(Info::Polygons(polygons)),
+            Ok(GeoJsonInfo::Features(found)) => Ok(Info::Features(found)),
+            // One object per line.
+            Err(error) => layers::read(file).map(Info::Layers).map_err(|_| error),
+        };
     }
     let has_ending = |wanted: &str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
     if has_ending("obj") {
@@ -246,12 +248,15 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     {
         return Ok(info);
     }
-    if has_ending("csv")
-        && let Some(positions) = things::positions(file, &text)?
-    {
-        return Ok(Info::Positions { positions });
+    if has_ending("csv") {
+        match (things::positions(file, &text), layers::read(file)) {
+            (Ok(Some(positions)), _) => return Ok(Info::Positions { positions }),
+            (_, Ok(found)) => return Ok(Info::Layers(found)),
+            (Err(error), _) => return Err(error),
+            (Ok(None), Err(_)) => {}
+        }
     }
-    if has_ending("csv")
+    if has_ending("tsv")
         && let Ok(found) = layers::read(file)
     {
         return Ok(Info::Layers(found));

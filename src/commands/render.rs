@@ -421,6 +421,8 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         tracing::warn!("at {dpi} dots per inch, these values of the style keep their size in pixels: {unscaled}");
     }
     map::check_place(args, &kind, store.georeference())?;
+    let is_own = liked.names.has_own_labels();
+    let places = liked.names.labels(names::places(args, &*store, is_own))?;
     let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
     let around = map::around_place(args, &*store)?;
     let args = around.as_ref().unwrap_or(args);
@@ -453,6 +455,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     let mut job = Job {
         args,
         flight,
+        places,
         style,
         planes,
         gpu,

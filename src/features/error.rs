@@ -111,6 +111,6 @@ fn layers_text(wanted: Option<&str>, layers: &[String]) -> String {
     match (wanted, layers) {
         (Some(wanted), [only]) => format!("has no layer {}; its only layer is {}", quoted(wanted), quoted(only)),
         (Some(wanted), _) => format!("has no layer {}; its layers are {}", quoted(wanted), list(layers)),
-        (None, _) => format!("has {} layers; choose one of them: {}", layers.len(), list(layers)),
+        (None, _) => format!("has {} layers; choose one with --name-layer: {}", layers.len(), list(layers)),
     }
 }

@@ -60,6 +60,8 @@ pub(crate) struct Wanted {
     pub least_prominence_m: f64,
     /// Lowest height of the land in metres, or a bound. Deeper than any dry land is a sea floor, which counts as the sea.
     pub lowest_m: f32,
+    /// Whether isolations are found, which reads the surroundings of each summit again.
+    pub has_isolation: bool,
 }
 
 /// Lowest dry land on the Earth, with some room, in metres.
@@ -197,9 +199,15 @@ impl Place {
         wanted: Wanted,
         progress: &dyn Progress,
     ) -> Result<Option<Vec<Summit>>, H::Error> {
-        let Wanted { most, least_prominence_m, lowest_m } = wanted;
-        let rules =
-            Rules { least_prominence_m, most, wraps: self.wraps, has_open_gaps: true, ..Rules::new(self.spacing) };
+        let Wanted { most, least_prominence_m, lowest_m, has_isolation } = wanted;
+        let rules = Rules {
+            least_prominence_m,
+            most,
+            wraps: self.wraps,
+            has_open_gaps: true,
+            has_isolation,
+            ..Rules::new(self.spacing)
+        };
         let mut heights = Flooded { heights, has_sea_floor: lowest_m < LOWEST_DRY_M };
         let mut report = |done: f64| {
             progress.report("finding summits", done as f32);

@@ -102,6 +102,8 @@ pub(crate) struct Rules {
     /// The level from which the highest summit of an island is measured; without one, that is its lowest sample.
     pub sea_level_m: Option<f32>,
     pub spacing: Spacing,
+    /// Whether isolations are found; without them, each summit has an [`Isolation::default`].
+    pub has_isolation: bool,
     /// Samples along the side of a tile. Affects memory and time, never the result.
     pub tile: usize,
     /// Samples along the side of the blocks of which the maxima are in memory. Affects memory and time, never the
@@ -119,6 +121,7 @@ impl Rules {
             has_open_gaps: false,
             sea_level_m: Some(0.0),
             spacing,
+            has_isolation: true,
             tile: 512,
             block: 64,
         }
@@ -150,7 +153,7 @@ pub(crate) struct Peak {
 }
 
 /// How far away the nearest higher sample is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Isolation {
     /// The nearest higher sample. `None` if nothing on the DEM is higher.
     pub higher: Option<Higher>,
@@ -200,7 +203,10 @@ pub(crate) fn peaks<H: Heights>(
         if !progress(PROGRESS_OF_SWEEP + (1.0 - PROGRESS_OF_SWEEP) * done as f64 / ranked.len() as f64) {
             return Ok(None);
         }
-        let isolation = search.find(summit.found.peak.place(size[0]), summit.found.peak.height_m())?;
+        let isolation = match rules.has_isolation {
+            true => search.find(summit.found.peak.place(size[0]), summit.found.peak.height_m())?,
+            false => Isolation::default(),
+        };
         found.push((*rank, peak(summit, size[0], isolation)));
     }
     found.sort_unstable_by_key(|(rank, _)| *rank);

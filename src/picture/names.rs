@@ -79,6 +79,14 @@ pub(crate) struct Seen {
     pub below_px: f64,
 }
 
+/// What a picture shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Visible {
+    pub sites: Vec<Seen>,
+    /// The upper end of the land, in pixels; the height of the picture if it shows none.
+    pub land_top_px: f64,
+}
+
 /// The part of a picture that may have labels, and their inks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground<'a> {
@@ -112,7 +120,7 @@ pub(crate) fn visible(
     world: &mut Surfaces,
     request: &PictureRequest<'_>,
     sites: &[Site],
-) -> Result<Vec<Seen>, GpuError> {
+) -> Result<Visible, GpuError> {
     let longest = f64::from(request.size_px.into_iter().max().unwrap_or(1).max(1));
     let factor = (SEEN_PX / longest).min(1.0);
     let size_px = request.size_px.map(|side| ((f64::from(side) * factor).round() as u32).max(1));
@@ -120,7 +128,7 @@ pub(crate) fn visible(
     let view = View { clock: request.clock, ..View::whole(request.pose, request.pose, size_px) };
     let mut renderer = Renderer::new(gpu)?;
     renderer.render_eyes(gpu, world, &Rig::mono(view), &style, &request.light)?;
-    let Some(places) = renderer.places(gpu, 0, [0, 0], size_px)? else { return Ok(Vec::new()) };
+    let Some(places) = renderer.places(gpu, 0, [0, 0], size_px)? else { return Ok(Visible::default()) };
     let whole = View::whole(request.pose, request.pose, request.size_px);
     let skyline = skyline_px(&places, size_px);
     let earth = world.terrain.earth_curvature(request.pose.position_m.z);
@@ -133,7 +141,8 @@ pub(crate) fn visible(
         let below_px = (seen.y - top).max(0.0) / factor;
         seen.is_finite().then_some(Seen { site, px, below_px })
     };
-    Ok(sites.iter().enumerate().filter_map(look).collect())
+    let land_top_px = skyline.iter().copied().fold(f64::from(size_px[1]), f64::min) / factor;
+    Ok(Visible { sites: sites.iter().enumerate().filter_map(look).collect(), land_top_px })
 }
 
 /// Returns the upper end of the land in each column, in pixels; the height of the picture where there is none.
@@ -167,7 +176,8 @@ fn shows(places: &[[f32; 4]], size_px: [u32; 2], px: DVec2, way: DVec3, focal_px
 }
 
 /// Lays out names in rows above the land, and draws them.
-pub(crate) fn above_land(sites: &[Site], seen: &[Seen], ground: &Ground<'_>) -> Labels {
+/// `land_top_px` is the upper end of all land.
+pub(crate) fn above_land(sites: &[Site], seen: &[Seen], land_top_px: f64, ground: &Ground<'_>) -> Labels {
     let px = ground.px;
     let [low, high] = ground.area_px;
     let height_px = LETTERS[0] * px;
@@ -184,7 +194,7 @@ pub(crate) fn above_land(sites: &[Site], seen: &[Seen], ground: &Ground<'_>) -> 
         })
         .collect();
     let rows = Rows {
-        tops_px: tops_px(seen, ground),
+        tops_px: tops_px(land_top_px, ground),
         width_px: high.x - low.x,
         margin_px: MARGIN * px,
         gap_px: GAP * px,
@@ -203,21 +213,24 @@ pub(crate) fn above_land(sites: &[Site], seen: &[Seen], ground: &Ground<'_>) -> 
         }
         drawn.labelled.push(at.site);
     }
+    // Where there is no room in the sky, names are on land.
+    if rows.tops_px.iter().any(|top| top + height_px > land_top_px) {
+        drawn.add_halo(HALO * px);
+    }
     drawn
 }
 
-/// Returns the upper sides of rows, from the top: as many as there is room for between the border and the highest site.
-fn tops_px(seen: &[Seen], ground: &Ground<'_>) -> Vec<f64> {
+/// Returns the upper sides of rows, from the top: as many as there is room for between the border and the land, and one
+/// at the border if there is none.
+fn tops_px(land_top_px: f64, ground: &Ground<'_>) -> Vec<f64> {
     let px = ground.px;
-    let highest = seen.iter().map(|at| at.px.y).fold(f64::INFINITY, f64::min);
-    if !highest.is_finite() {
-        return Vec::new();
-    }
-    let top = ground.area_px[0].y + MARGIN * px;
-    let rows = ((highest - ABOVE_LAND * px - top) / (ROW * px)).floor().clamp(1.0, MAX_ROWS as f64);
-    // Without sky above the highest site the row is at the top, and the site has no label.
-    let first = (highest - ABOVE_LAND * px - rows * ROW * px).max(top);
-    (0..rows as usize).map(|row| first + row as f64 * ROW * px).collect()
+    let [low, high] = ground.area_px;
+    let (top, row_px) = (low.y + MARGIN * px, ROW * px);
+    let lowest = land_top_px.min(high.y) - ABOVE_LAND * px;
+    let rows = ((lowest - top) / row_px).floor().clamp(1.0, MAX_ROWS as f64);
+    let first = (lowest - rows * row_px).max(top);
+    let tops = (0..rows as usize).map(|row| first + row as f64 * row_px);
+    tops.filter(|top| top + LETTERS[0] * px <= high.y).collect()
 }
 
 /// Lays out names next to their symbols on a map, and draws them.

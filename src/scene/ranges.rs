@@ -125,8 +125,8 @@ pub(crate) const EXAGGERATION: NumberRange = NumberRange::Above0To(1000.0);
 pub(crate) const HAZE_M: NumberRange = NumberRange::Above0;
 /// Height of the sea, in metres.
 pub(crate) const SEA_LEVEL_M: NumberRange = NumberRange::Within(-12_000.0, 9000.0);
-/// Number of summits.
-pub(crate) const PEAKS: NumberRange = NumberRange::Whole(1, 1_000_000);
+/// Number of summits; 0 has none.
+pub(crate) const PEAKS: NumberRange = NumberRange::Whole(0, 1_000_000);
 /// Prominence of a summit, in metres: at most more than on any planet.
 pub(crate) const PROMINENCE_M: NumberRange = NumberRange::Within(0.0, 30_000.0);
 /// Seed of a random generator.

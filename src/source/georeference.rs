@@ -70,7 +70,7 @@ pub enum GeoreferenceError {
     #[error("its coordinate reference system EPSG:{epsg} is unknown; reproject it with gdalwarp -t_srs EPSG:4326")]
     UnknownCrs { epsg: u32 },
     /// The text is neither a code nor Well-Known Text that hachure understands.
-    #[error("its coordinate reference system is unknown; reproject it to EPSG:4326")]
+    #[error("its coordinate reference system is unknown; convert it to EPSG:4326")]
     UnknownText,
     /// The code is of another kind of CRS than the file declares.
     #[error(
@@ -173,7 +173,7 @@ impl Georeference {
     /// The reference system is unknown or geocentric.
     pub(crate) fn of_text(text: &str, file: &str) -> Result<Self, GeoreferenceError> {
         if let Some(code) = text.strip_prefix("EPSG:") {
-            let epsg: u32 = code.parse().map_err(|_| GeoreferenceError::UnknownCrs { epsg: 0 })?;
+            let epsg: u32 = code.parse().map_err(|_| GeoreferenceError::UnknownText)?;
             let known = u16::try_from(epsg).map_err(|_| GeoreferenceError::UnknownCrs { epsg })?;
             return Self::of_coordinates(Some(known));
         }

@@ -190,6 +190,8 @@ fn styles_without_numbers_have_no_gaps() {
     let inputs =
         Inputs { map: &drawn.map, surfaces: &drawn.world.surfaces, style: &drawn.style, obstacles_px: &[], px: 1.0 };
     assert!(numbers(&inputs).unwrap().is_none());
-    // Numbers do not depend on the part of a large picture that is drawn.
+    // Without gaps the lines are whole.
+    let gap = LineGap { centre_px: DVec2::splat(160.0), along: DVec2::X, half_px: DVec2::splat(60.0) };
     assert_eq!(drawn.ink_with(Vec::new()), drawn.ink);
+    assert_ne!(drawn.ink_with(vec![gap]), drawn.ink);
 }

@@ -9,7 +9,7 @@ use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::labels::placement::Rect;
 use hachure::picture::PictureRequest;
-use hachure::picture::names::{Ground, Labels, Seen, Site, above_land, on_map, visible};
+use hachure::picture::names::{Ground, Labels, Seen, Site, Visible, above_land, on_map, visible};
 use hachure::scene::view::Pose;
 use hachure::style::{Style, Typeface};
 
@@ -56,9 +56,13 @@ impl Drawn {
         Some(Self { world, style, pose })
     }
 
-    fn seen(&mut self, sites: &[Site]) -> Vec<Seen> {
+    fn visible(&mut self, sites: &[Site]) -> Visible {
         let request = PictureRequest::still(self.pose, SIZE_PX, &self.style, NOON);
         visible(&self.world.gpu, &mut self.world.surfaces, &request, sites).unwrap()
+    }
+
+    fn seen(&mut self, sites: &[Site]) -> Vec<Seen> {
+        self.visible(sites).sites
     }
 
     fn ground(&self) -> Ground<'_> {
@@ -124,8 +128,8 @@ fn summits_in_view_are_found_and_hidden_ones_are_not() {
 fn labels_are_above_their_summits_and_apart() {
     let Some(mut drawn) = Drawn::new() else { return };
     let sites = sites();
-    let seen = drawn.seen(&sites);
-    let labels = above_land(&sites, &seen, &drawn.ground());
+    let Visible { sites: seen, land_top_px } = drawn.visible(&sites);
+    let labels = above_land(&sites, &seen, land_top_px, &drawn.ground());
     assert_eq!(labels.labelled.len(), 3, "{labels:?}");
     let boxes = boxes(&labels);
     assert_eq!(boxes.len(), 3, "{boxes:?}");
@@ -145,9 +149,16 @@ fn labels_are_above_their_summits_and_apart() {
             label.from_px[0] <= at.px.x && label.to_px[0] >= at.px.x && label.to_px[1] <= leader.points[0].y
         }));
     }
-    // Without room nothing is drawn, and nothing fails.
+    // Names are above all land, also above what has no name.
+    let lowest = boxes.iter().map(|label| label.to_px[1]).fold(0.0, f64::max);
+    assert!(lowest < land_top_px && labels.halo.is_empty(), "{lowest} {land_top_px}");
+    let only = above_land(&sites, &seen[1..2], land_top_px, &drawn.ground());
+    assert!(self::boxes(&only).iter().all(|label| label.to_px[1] < land_top_px));
+    // Without room in the sky they are on land, with a halo, and without any room nothing is drawn.
+    let high = above_land(&sites, &seen, 4.0, &drawn.ground());
+    assert!(!high.halo.is_empty() && !high.labelled.is_empty(), "{high:?}");
     let narrow = Ground { area_px: [DVec2::ZERO, DVec2::new(480.0, 12.0)], ..drawn.ground() };
-    assert!(above_land(&sites, &[], &narrow).labelled.is_empty());
+    assert!(above_land(&sites, &seen, land_top_px, &narrow).labelled.is_empty());
 }
 
 #[test]

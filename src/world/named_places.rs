@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use crate::features::when::{When, WhenError};
 use crate::features::{self, Attributes, Choice, Feature, FeatureError, Geometry, Value};
-use crate::file::message::{named, printable};
+use crate::file::message::{named, printable, quoted};
 use crate::source::georeference::{Crs, Georeference};
 use crate::source::mosaic::SampleTransform;
 use crate::source::{GeoreferenceError, WorldMapping};
@@ -31,6 +31,14 @@ pub(crate) struct NamedPlace {
     pub height_m: Option<f64>,
 }
 
+/// The named places of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct NamedPlaces {
+    pub places: Vec<NamedPlace>,
+    /// What was left out, each as a clause that follows the name of the file.
+    pub doubts: Vec<String>,
+}
+
 /// Which names are read from a file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WantedNames<'a> {
@@ -47,22 +55,25 @@ pub(crate) struct WantedNames<'a> {
 pub(crate) enum NamesError {
     #[error(transparent)]
     Feature(#[from] FeatureError),
-    #[error("{}: {cause}", named(path))]
+    #[error("{}: {cause}, for example with ogr2ogr -t_srs EPSG:4326 OUT.gpkg IN", named(path))]
     Crs { path: PathBuf, cause: GeoreferenceError },
     #[error("{}: its positions cannot be placed on the land: {cause}", named(path))]
     NoWay { path: PathBuf, cause: String },
-    #[error("{}: no attribute holds names: {found}; give its name with --name-field", named(path))]
+    #[error(
+        "{}: no attribute is called name, title, label or text; choose one with --name-field: {found}",
+        named(path)
+    )]
     NoNames { path: PathBuf, found: String },
-    #[error("{}: has no attribute {field:?}; {found}", named(path))]
+    #[error("{}: has no attribute {}; {found}", named(path), quoted(field))]
     NoField { path: PathBuf, field: String, found: String },
-    #[error("{}: {cause}, in the condition {condition:?}", named(path))]
+    #[error("{}: {cause}, in the condition {}", named(path), quoted(condition))]
     When { path: PathBuf, condition: String, cause: WhenError },
-    #[error("{}: more than {MAX_PLACES} named points are on the land; leave some out of the file", named(path))]
+    #[error("{}: more than {MAX_PLACES} named points are on the land; limit them with --name-when", named(path))]
     TooMany { path: PathBuf },
 }
 
 /// Reads the points of a file that are on the land and have a name. Coordinates without a reference system are in that of
-/// the heights. Features of other kinds are ignored; if no point is left, a warning says why.
+/// the heights.
 ///
 /// # Errors
 /// The file cannot be read, its reference system is unknown, or no attribute holds names.
@@ -71,7 +82,7 @@ pub(crate) fn read(
     wanted: &WantedNames<'_>,
     place: &Georeference,
     samples: [u32; 2],
-) -> Result<Vec<NamedPlace>, NamesError> {
+) -> Result<NamedPlaces, NamesError> {
     let (choice, owned) = (Choice { layer: wanted.layer.clone() }, || path.to_owned());
     let summary = features::survey(path, &choice)?;
     let mut keys: Vec<String> = summary.attributes.iter().map(|attribute| attribute.name.to_string()).collect();
@@ -100,28 +111,37 @@ pub(crate) fn read(
     let own = own.map_err(|cause| NamesError::Crs { path: owned(), cause })?;
     let no_way = |cause: String| NamesError::NoWay { path: owned(), cause: printable(&cause, 120) };
     if place.crs == Crs::Local {
-        return Err(no_way("the heights have no coordinate reference system".to_owned()));
+        return Err(no_way(
+            "the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs EPSG:CODE"
+                .to_owned(),
+        ));
     }
     let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|cause| no_way(cause.to_string()))?;
     let way = SampleTransform::to_grid(&own, place, samples).map_err(no_way)?;
-    let mut found = Found { places: Vec::new(), without_name: 0, not_points: 0, outside: 0 };
+    let mut found = Found::default();
     let last = DVec2::from_array(samples.map(|count| f64::from(count) - 1.0));
     let on_land = |at: &[f64; 3]| {
         let grid = DVec2::from_array(way.map(at[0], at[1]));
         let is_inside = grid.cmpge(DVec2::ZERO).all() && grid.cmple(last).all();
         is_inside.then(|| mapping.world_from_grid(grid.x, grid.y))
     };
-    features::read(path, &choice, &mut |feature| {
+    let read = features::read(path, &choice, &mut |feature| {
         if when.as_ref().is_none_or(|when| when.is_met(&feature.attributes)) {
             found.add(&feature, &name_key, height_key.as_deref(), &on_land);
+        } else {
+            found.unmet += 1;
         }
         if found.places.len() > MAX_PLACES { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     if found.places.len() > MAX_PLACES {
         return Err(NamesError::TooMany { path: owned() });
     }
-    found.warn(path, &name_key);
-    Ok(found.places)
+    let mut doubts: Vec<String> = found.doubt(&name_key).into_iter().collect();
+    doubts.extend(read.skipped.iter().map(|skipped| {
+        let (count, what) = (skipped.features + skipped.parts, read.record_noun);
+        format!("left out {count} with {} (first: {what} {})", skipped.reason, skipped.first)
+    }));
+    Ok(NamedPlaces { places: found.places, doubts })
 }
 
 /// Returns the first attribute of a list of names that a file has, whatever its case.
@@ -140,11 +160,13 @@ fn listed(keys: &mut Vec<String>) -> String {
 }
 
 /// The places that were found so far, and how many features have none.
+#[derive(Default)]
 struct Found {
     places: Vec<NamedPlace>,
     without_name: u64,
     not_points: u64,
     outside: u64,
+    unmet: u64,
 }
 
 impl Found {
@@ -169,21 +191,27 @@ impl Found {
                 self.outside += 1;
                 continue;
             };
-            let height_m = stated_m.or(Some(at[2])).filter(|height_m| height_m.is_finite());
+            // Many programs write 0 where there is no height.
+            let height_m = stated_m.or(Some(at[2]).filter(|height_m| height_m.is_finite() && *height_m != 0.0));
             self.places.push(NamedPlace { world_m, name: name.clone(), height_m });
         }
     }
 
-    /// Warns if no name is left.
-    fn warn(&self, path: &Path, name_key: &str) {
-        let Self { places, without_name, not_points, outside } = self;
-        if places.is_empty() {
-            tracing::warn!(
-                "{}: no point with a name ({name_key}) is on the land: {outside} are outside, {without_name} have no \
-                 name, {not_points} are lines or areas",
-                named(path)
-            );
-        }
+    /// Returns what was left out, as a clause; `None` if all points have labels.
+    fn doubt(&self, name_key: &str) -> Option<String> {
+        let Self { places, without_name, not_points, outside, unmet } = self;
+        let why = [
+            (*outside, "outside of the land"),
+            (*without_name, "without a value of the attribute for names"),
+            (*not_points, "lines or areas"),
+            (*unmet, "that do not meet --name-when"),
+        ];
+        let why: Vec<String> =
+            why.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+        let is_expected = *outside + *without_name == 0 && !places.is_empty();
+        let found = if places.is_empty() { "no feature has a label" } else { "some features have no label" };
+        let attribute = printable(name_key, 40);
+        (!why.is_empty() && !is_expected).then(|| format!("{found} ({attribute}): {}", why.join(", ")))
     }
 }
 
@@ -193,12 +221,28 @@ fn text_of(value: &Value) -> Option<String> {
     (!text.is_empty()).then_some(text)
 }
 
-/// Returns the number of an attribute, also if it is text that begins with a number: `4392 m`.
+/// Returns the height of an attribute in metres. Text may have a unit: `4392 m`, `14411 ft`.
 fn number_of(attributes: &Attributes, key: &str) -> Option<f64> {
     match attributes.get(key) {
-        Value::Number(number) => Some(*number),
-        Value::Text(text) => text.split_whitespace().next()?.parse().ok(),
+        Value::Number(number) => Some(*number).filter(|number| number.is_finite()),
+        Value::Text(text) => metres_of(text),
         Value::Bool(_) | Value::None => None,
+    }
+}
+
+/// Metres in a foot.
+const FOOT_M: f64 = 0.3048;
+
+/// Returns the metres that a text such as `4392 m` or `14411 ft` states; `None` for anything else.
+fn metres_of(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let end = text.find(|it: char| !(it.is_ascii_digit() || matches!(it, '.' | '-' | '+'))).unwrap_or(text.len());
+    let (number, unit) = text.split_at(end);
+    let number = number.parse::<f64>().ok().filter(|number| number.is_finite())?;
+    match unit.trim().to_lowercase().as_str() {
+        "" | "m" | "metres" | "meters" | "metre" | "meter" => Some(number),
+        "ft" | "feet" | "foot" | "'" => Some(number * FOOT_M),
+        _ => None,
     }
 }
 
@@ -232,7 +276,7 @@ mod tests {
             "<gpx version=\"1.1\" xmlns=\"http://www.topografix.com/GPX/1/1\"><wpt lat=\"0.5\" lon=\"7.5\">\
              <ele>1200</ele><name>Middle</name></wpt><wpt lat=\"0.5\" lon=\"7.25\"><name>West</name></wpt></gpx>",
         );
-        let places = |path: &Path| read(path, &WantedNames::default(), &land(), [1001, 1001]).unwrap();
+        let places = |path: &Path| read(path, &WantedNames::default(), &land(), [1001, 1001]).unwrap().places;
         for path in [&csv, &gpx] {
             let found = places(path);
             assert_eq!(found.len(), 2, "{found:?}");
@@ -257,15 +301,33 @@ mod tests {
                 .ends_with("no attribute holds names: its attributes are code, kind; give its name with --name-field")
         );
         assert!(error(Some("nome")).ends_with("has no attribute \"nome\"; its attributes are code, kind"));
-        let found = read(&csv, &of(Some("kind")), &land(), [1001, 1001]).unwrap();
+        let found = read(&csv, &of(Some("kind")), &land(), [1001, 1001]).unwrap().places;
         assert_eq!(found[0].name, "peak");
         let with = |when| WantedNames { when: Some(when), ..of(Some("kind")) };
-        assert_eq!(read(&csv, &with("code > 17"), &land(), [1001, 1001]).unwrap(), []);
-        assert_eq!(read(&csv, &with("code == 17"), &land(), [1001, 1001]).unwrap(), found);
+        let none = read(&csv, &with("code > 17"), &land(), [1001, 1001]).unwrap();
+        assert_eq!((none.places, none.doubts.len()), (vec![], 1));
+        assert_eq!(read(&csv, &with("code == 17"), &land(), [1001, 1001]).unwrap().places, found);
         let error_of = |when| read(&csv, &with(when), &land(), [1001, 1001]).unwrap_err().to_string();
         assert!(error_of("cod > 1").contains("column 1: there is no attribute"), "{}", error_of("cod > 1"));
         let local = Georeference::local(10, 10, 1.0);
         let error = read(&csv, &of(Some("kind")), &local, [10, 10]).unwrap_err().to_string();
         assert!(error.contains("the heights have no coordinate reference system"), "{error}");
+    }
+
+    #[test]
+    fn heights_may_have_units() {
+        assert_eq!(["4392", "4392 m", "-3.5m", "1e3"].map(metres_of), [Some(4392.0), Some(4392.0), Some(-3.5), None]);
+        assert!((metres_of("14411 ft").unwrap() - 4392.47).abs() < 0.01);
+        assert_eq!(["1 234 m", "4,392", "high", ""].map(metres_of), [None; 4]);
+        let gpx = file(
+            ".gpx",
+            "<gpx version=\"1.1\" xmlns=\"http://www.topografix.com/GPX/1/1\"><wpt lat=\"0.5\" lon=\"7.5\">\
+             <name>Middle</name></wpt></gpx>",
+        );
+        let csv = file(".csv", "lon,lat,z,name\n7.5,0.5,0,Middle\n");
+        for path in [&gpx, &csv] {
+            let found = read(path, &WantedNames::default(), &land(), [1001, 1001]).unwrap();
+            assert_eq!((found.places[0].height_m, found.doubts.len()), (None, 0), "{found:?}");
+        }
     }
 }

@@ -35,12 +35,12 @@ fn info_lists_summits_by_prominence() {
     let prominent = peaks(&place, &["--peaks", "1000", "--prominence", "300"]);
     assert!(!prominent.is_empty() && prominent.iter().all(|peak| number(peak, "prominence_m") >= 300.0));
     let text = place.text(&["info", "dem.tif", "--peaks", "2"]);
-    assert!(text.contains("summits   the most prominent 2;"), "{text}");
+    assert!(text.contains("summits   the 2 most prominent;"), "{text}");
     let none = place.text(&["info", "dem.tif", "--peaks", "2", "--prominence", "20000"]);
     assert!(none.ends_with("summits   none with a prominence of at least 20000 m\n"), "{none}");
     place.file("style.toml", "extends = \"pen\"\n");
     let error = place.error(&["info", "style.toml", "--peaks", "2"]);
-    assert!(error.contains("style.toml: only DEMs, folders of DEMs and pyramids have summits"), "{error}");
+    assert!(error.contains("style.toml: --peaks needs heights"), "{error}");
 }
 
 #[test]
@@ -87,7 +87,16 @@ fn names_are_groups_of_a_drawing() {
     assert!(fills(&view) > 0 && !view.contains("id=\"names-halo\""));
     // Everything that labels depend on is in the imprint.
     place.text(&["render", "--like", "main.svg", "-o", "again.svg"]);
-    assert_eq!(fills(&std::fs::read_to_string(place.path("again.svg")).unwrap()), fills(&main));
+    let names =
+        |svg: &str| svg.split("id=\"names\"").nth(1).and_then(|names| names.split("</g>").next()).map(str::to_owned);
+    assert_eq!(names(&std::fs::read_to_string(place.path("again.svg")).unwrap()), names(&main));
+    assert_ne!(names(&all), names(&main));
+    // A film of the same view has no labels, and says nothing of options that nobody typed.
+    place.text(&["render", "--like", "main.svg", "--path", "tour", "--frames", "0..1", "-o", "film%d.png"]);
+    // Without the file, the error does not say what is in it.
+    place.file("peaks.geojson", "secret,more\n1,2\n");
+    let error = place.error(&["render", "--like", "main.svg", "-o", "other.svg"]);
+    assert!(error.contains("its file of names") && !error.contains("secret"), "{error}");
 }
 
 #[test]
@@ -108,8 +117,8 @@ fn names_that_cannot_be_drawn_are_one_line() {
     let wrong = place.misuse(&draw(&["--names", "codes.csv", "--name-when", "code = 3", "-o", "a.png"]));
     assert!(wrong.contains("use =="), "{wrong}");
     let film = place.misuse(&draw(&["--peaks", "3", "-o", "a%d.png", "--path", "tour"]));
-    assert!(film.contains("a film has no labels yet"), "{film}");
+    assert!(film.contains("films cannot have labels yet"), "{film}");
     let pair = place.misuse(&draw(&["--peaks", "3", "--eyes", "anaglyph", "-o", "a.png"]));
-    assert!(pair.contains("a stereo pair has no labels yet"), "{pair}");
+    assert!(pair.contains("stereo pairs cannot have labels yet"), "{pair}");
     assert_eq!(place.names().iter().filter(|name| name.ends_with(".png")).count(), 0);
 }

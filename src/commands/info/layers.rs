@@ -107,13 +107,19 @@ fn layer_info(layer: &features::Layer) -> LayerInfo {
 impl LayersInfo {
     pub(super) fn text(&self, file: &str) -> String {
         let count = self.layers.iter().map(|layer| layer.features).sum::<u64>();
-        let mut text = format!("{file}: {} of {}; --names labels its points\n", self.format, counted(count, "feature"));
+        let mut text = format!("{file}: {} of {}\n", self.format, counted(count, "feature"));
         for LayerInfo { name, features } in self.layers.iter().take(MAX_LISTED) {
             // Writing to a String cannot fail.
             let _ = writeln!(text, "layer     {}, {}", printable(name, MAX_NAME), counted(*features, "feature"));
         }
+        let more = self.layers.len().saturating_sub(MAX_LISTED);
+        if more > 0 {
+            let _ = writeln!(text, "layer     {more} more, not listed");
+        }
         let assumed = if self.is_assumed { ", assumed" } else { "" };
-        let place = self.crs.as_ref().map_or("unknown".to_owned(), |crs| format!("{}{assumed}", printable(crs, 80)));
+        let place = self.crs.as_ref().map_or("not stated; --names takes that of the heights".to_owned(), |crs| {
+            format!("{}{assumed}", printable(crs, 80))
+        });
         let extent = self.bounds.map(|[x0, y0, x1, y1]| format!(", x {x0} to {x1}, y {y0} to {y1}"));
         let _ = writeln!(text, "place     {place}{}", extent.unwrap_or_default());
         for attribute in self.attributes.iter().take(MAX_LISTED) {
@@ -125,7 +131,7 @@ impl LayersInfo {
         }
         let more = self.attributes.len().saturating_sub(MAX_LISTED);
         if more > 0 {
-            let _ = writeln!(text, "attribute and {more} more");
+            let _ = writeln!(text, "attribute {more} more, not listed");
         }
         for LeftOutInfo { why, features, parts, first } in &self.left_out {
             let what = match (features, parts) {
@@ -141,7 +147,7 @@ impl LayersInfo {
 
 /// Returns whether the name of a file ends like that of a file of features.
 pub(super) fn of_ending(file: &Path) -> bool {
-    let endings = ["gpx", "gpkg", "fgb", "geojsonl", "geojsonseq", "ndjson"];
+    let endings = ["gpx", "gpkg", "fgb", "geojsonl", "geojsons", "geojsonseq", "ndjson"];
     file.extension().is_some_and(|own| endings.iter().any(|ending| own.eq_ignore_ascii_case(ending)))
 }
 

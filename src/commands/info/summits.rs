@@ -23,8 +23,8 @@ pub(crate) struct PeaksArgs {
     /// List this many of the most prominent summits of a DEM, with prominence and isolation
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
     pub peaks: Option<u32>,
-    /// List only summits that rise at least this much above the saddle to higher land; needs --peaks [default: 0]
-    #[arg(long, value_name = "METRES", value_parser = arguments::within(ranges::PROMINENCE_M))]
+    /// List only summits that rise at least this much above the saddle to higher land [default: 0]
+    #[arg(long, value_name = "METRES", requires = "peaks", value_parser = arguments::within(ranges::PROMINENCE_M))]
     pub prominence: Option<f64>,
 }
 
@@ -33,14 +33,9 @@ pub(crate) struct PeaksArgs {
 /// # Errors
 /// What is described has no heights, or they cannot be read.
 pub(super) fn found(args: &InfoArgs, info: &Info) -> anyhow::Result<Option<Vec<Summit>>> {
-    let Some(most) = args.summits.peaks else {
-        if args.summits.prominence.is_some() {
-            bail!("--prominence: limits the list of --peaks; add --peaks COUNT");
-        }
-        return Ok(None);
-    };
+    let Some(most) = args.summits.peaks else { return Ok(None) };
     let least_prominence_m = args.summits.prominence.unwrap_or(0.0);
-    let wanted = |lowest_m: f32| Wanted { most: most as usize, least_prominence_m, lowest_m };
+    let wanted = |lowest_m: f32| Wanted { most: most as usize, least_prominence_m, lowest_m, has_isolation: true };
     let options = args.heights.options();
     let bar = Bar::default();
     let of_reader = |reader: &dyn HeightReader, lowest_m| summits_of_reader(reader, wanted(lowest_m), &bar);
@@ -56,7 +51,10 @@ pub(super) fn found(args: &InfoArgs, info: &Info) -> anyhow::Result<Option<Vec<S
             let scene = args.heights.apply_to(Scene::of_world(World::Url(url)));
             of_store(world::open_store(&scene, &bar)?, wanted(heights.min_m), &bar)
         }
-        _ => bail!("{}: only DEMs, folders of DEMs and pyramids have summits (--peaks)", named(&args.file)),
+        _ => bail!(
+            "{}: --peaks needs heights: a DEM, a folder of DEMs, a pyramid or an address; for a scene, name its DEM",
+            named(&args.file)
+        ),
     }
 }
 
@@ -70,7 +68,7 @@ pub(super) fn text(summits: &[Summit], least_m: f64) -> String {
         return format!("summits   none with a prominence of at least {least_m} m\n");
     }
     let mut text = format!(
-        "summits   the most prominent {}; heights, prominences and saddles in m, isolations in km\n\
+        "summits   the {} most prominent; height, prominence and saddle in m, isolation in km\n\
          {:>7} {:>15} {:>8} {:>15}  place\n",
         summits.len(),
         "height",
@@ -91,8 +89,7 @@ pub(super) fn text(summits: &[Summit], least_m: f64) -> String {
         );
     }
     if summits.iter().any(|summit| summit.certain_prominence_m < summit.prominence_m || summit.outside_m.is_some()) {
-        text +=
-            "A value after > is certain: beyond the border of the data, or in a gap, land may be higher or nearer.\n";
+        text += "At least the value after ≥ is certain: beyond the border of the data, or in a gap, land may be higher or nearer.\n";
     }
     text
 }
@@ -100,7 +97,7 @@ pub(super) fn text(summits: &[Summit], least_m: f64) -> String {
 /// Returns the prominence, and the certain part of it in brackets if that is less.
 fn prominence(Summit { prominence_m, certain_prominence_m, .. }: &Summit) -> String {
     if certain_prominence_m < prominence_m {
-        return format!("{prominence_m:.0} (>{certain_prominence_m:.0})");
+        return format!("{prominence_m:.0} (≥{certain_prominence_m:.0})");
     }
     format!("{prominence_m:.0}")
 }
@@ -110,8 +107,8 @@ fn isolation(summit: &Summit) -> String {
         |metres: f64| if metres < 10_000.0 { format!("{:.2}", metres / 1e3) } else { format!("{:.1}", metres / 1e3) };
     match (summit.isolation_m, summit.outside_m) {
         (Some(isolation_m), None) => km(isolation_m),
-        (Some(isolation_m), Some(outside_m)) => format!("{} (>{})", km(isolation_m), km(outside_m)),
-        (None, Some(outside_m)) => format!(">{}", km(outside_m)),
+        (Some(isolation_m), Some(outside_m)) => format!("{} (≥{})", km(isolation_m), km(outside_m)),
+        (None, Some(outside_m)) => format!("≥{}", km(outside_m)),
         (None, None) => "-".to_owned(),
     }
 }
@@ -142,8 +139,8 @@ mod tests {
     #[test]
     fn what_is_uncertain_is_marked() {
         let highest = summit();
-        assert_eq!(prominence(&highest), "3001 (>2800)");
-        assert_eq!(isolation(&highest), ">12.3");
+        assert_eq!(prominence(&highest), "3001 (≥2800)");
+        assert_eq!(isolation(&highest), "≥12.3");
         assert_eq!(place(&highest), "46.85251,-121.76080; -20 m east, 1000 m north of the centre");
         assert!(text(std::slice::from_ref(&highest), 0.0).ends_with("nearer.\n"));
         let inner = Summit {
@@ -154,9 +151,9 @@ mod tests {
             ..highest.clone()
         };
         assert_eq!([prominence(&inner), isolation(&inner)], ["3001", "1.23"]);
-        assert!(!text(std::slice::from_ref(&inner), 0.0).contains('>'));
+        assert!(!text(std::slice::from_ref(&inner), 0.0).contains('≥'));
         let near_border = Summit { outside_m: Some(800.0), ..inner };
-        assert_eq!(isolation(&near_border), "1.23 (>0.80)");
+        assert_eq!(isolation(&near_border), "1.23 (≥0.80)");
         assert_eq!(text(&[], 30.0), "summits   none with a prominence of at least 30 m\n");
     }
 }

@@ -43,6 +43,7 @@ use crate::style::Style;
 use crate::vector::DrawingReport;
 use crate::vector::sheets::Sheets;
 use crate::world::OpenWorld;
+use crate::world::named_places::NamedPlace;
 
 #[derive(Serialize)]
 pub(super) struct Report {
@@ -92,6 +93,8 @@ pub(super) struct Job<'a> {
     pub(super) args: &'a RenderArgs,
     /// Text of the file of `--path`.
     pub(super) flight: Option<String>,
+    /// The places of `--names` that are on the land.
+    pub(super) places: Vec<NamedPlace>,
     pub(super) style: Style,
     pub(super) planes: Vec<Plane>,
     pub(super) gpu: Gpu,

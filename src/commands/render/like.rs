@@ -76,7 +76,6 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
         all.title = all.title.or_else(|| more.title.clone());
         all.legend |= all.title.is_some() && more.legend.unwrap_or(false);
         all.credits = all.credits.or_else(|| more.credits.clone());
-        all.labels = all.labels.or(more);
         all.frame |= all.map.is_some() && more.frame.unwrap_or(false);
     }
     all.samples = all.samples.or(more.samples);
@@ -118,6 +117,9 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
             all.margin = all.margin.or(more.margin);
         }
         _ => {}
+    }
+    if super::names::without_labels(&all, kind).is_none() {
+        all.labels = all.labels.or(more);
     }
     if kind.is_drawing() || format == Some(PictureFormat::GeoJson) {
         all.tolerance_px = all.tolerance_px.or(more.tolerance_px);
@@ -314,6 +316,7 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
         world,
         water: water.cloned(),
         path: all.path.clone().filter(|_| args.path.is_none()),
+        labels: all.labels.names.clone().filter(|_| args.labels.names.is_none()),
     };
     Ok((all, Liked { style: args.style.is_none().then_some(imprint.style), names }))
 }
@@ -333,7 +336,12 @@ pub fn check_like(picture: &Path) -> anyhow::Result<()> {
         let svg = super::vector::SvgOptions::new(&args, &kind, &style).ok().flatten();
         let _ = super::sheets::plan(&args, &kind, args.size_of_all(), svg.as_ref());
         let _ = super::title::with_foot(style, &args, &kind);
-        let _ = (super::map::check(&args, &kind), super::show::check(&args, &kind), args.stereo.check());
+        let _ = (
+            super::map::check(&args, &kind),
+            super::names::check(&args, &kind),
+            super::show::check(&args, &kind),
+            args.stereo.check(),
+        );
         liked.names.world(args.world.scene())?;
     }
     Ok(())

@@ -6,12 +6,12 @@ use clap::Args;
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
-use super::{Job, RenderArgs};
+use super::{Job, RenderArgs, title};
 use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
 use crate::commands::progress::Bar;
 use crate::features::when::When;
-use crate::file::message::named;
+use crate::file::message::{counted, named};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::peaks::{Summit, Wanted, summits_of_store};
 use crate::picture::PictureRequest;
@@ -19,13 +19,14 @@ use crate::picture::imprint::More;
 use crate::picture::legend::drawn_area;
 use crate::picture::names::{self, Ground, Labels, Seen, Site};
 use crate::picture::title::Block;
+use crate::pyramid::TileStore;
 use crate::scene::ranges;
 use crate::scene::view::Pose;
 use crate::style::Typeface;
 use crate::vector::Group;
-use crate::world::named_places::{self, NamedPlace, WantedNames};
+use crate::world::named_places::{self, NamedPlace, NamesError, WantedNames};
 
-/// Least prominence of a summit that may have a label, in metres of the drawn land.
+/// Least prominence of a summit that may have a label, in metres without exaggeration.
 const LEAST_PROMINENCE_M: f64 = 5.0;
 /// Largest number of summits among which those of a picture are chosen.
 const MAX_SUMMITS: usize = 50_000;
@@ -33,6 +34,8 @@ const MAX_SUMMITS: usize = 50_000;
 /// farther apart.
 const SNAP_M: f64 = 250.0;
 const SNAP_SAMPLES: f64 = 3.0;
+/// Largest difference of a stated height from that of the land, in metres.
+const MAX_OFF_M: f64 = 200.0;
 /// Importance of a name relative to a height alone, and that of a name which is at no summit, in metres of prominence.
 const NAMED: f64 = 3.0;
 const ELSEWHERE_M: f64 = 60.0;
@@ -40,43 +43,59 @@ const ELSEWHERE_M: f64 = 60.0;
 /// Which summits and places have labels.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct NamesArgs {
-    /// Label up to this many summits in view with their heights, the most prominent first
+    /// Label up to this many summits in view with their heights, the most prominent first; they rise at least 5 m above
+    /// the saddle to higher land
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
     pub peaks: Option<u32>,
     /// Name summits and places: points with names in a GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf file, in any
-    /// reference system. A point near a summit names it; the others have a ring
+    /// reference system. A point within 250 m of a summit names that summit; other points are labelled where they are
     #[arg(long, value_name = "FILE")]
     pub names: Option<PathBuf>,
     /// Layer of --names, if the file has several
-    #[arg(long, value_name = "LAYER", requires = "names")]
+    #[arg(long, value_name = "LAYER")]
     pub name_layer: Option<String>,
-    /// Name only features that meet a condition, such as "kind == 'peak' and ele > 2000"
-    #[arg(long, value_name = "CONDITION", requires = "names", value_parser = condition)]
+    /// Name only features that meet a condition, such as "kind == 'peak' and ele > 2000"; needs --names
+    #[arg(long, value_name = "CONDITION", value_parser = condition)]
     pub name_when: Option<String>,
-    /// Attribute of --names that holds the names [default: name, title, label or text]
-    #[arg(long, value_name = "ATTRIBUTE", requires = "names")]
+    /// Attribute of --names that holds the names [default: the first of name, title, label, text, gnis_name and
+    /// feature_name that the file has]
+    #[arg(long, value_name = "ATTRIBUTE")]
     pub name_field: Option<String>,
 }
 
 impl NamesArgs {
     pub(crate) fn is_empty(&self) -> bool {
-        self.peaks.is_none() && self.names.is_none()
+        self.peaks.unwrap_or(0) == 0 && self.names.is_none()
     }
 
-    /// Returns these options, or those of a picture if there are none.
+    /// Completes these options with those of a picture. What belongs to a file of names comes with it.
     pub(super) fn or(self, more: &More) -> Self {
-        if !self.is_empty() {
-            return self;
+        let peaks = self.peaks.or(more.peaks);
+        if self.names.is_some() {
+            return Self { peaks, ..self };
         }
-        let names = more.names.as_ref().map(PathBuf::from);
-        let of_names = |text: &Option<String>| text.clone().filter(|_| names.is_some());
         Self {
-            peaks: more.peaks,
-            name_layer: of_names(&more.name_layer),
-            name_when: of_names(&more.name_when),
-            name_field: of_names(&more.name_field),
-            names,
+            peaks,
+            names: more.names.as_ref().map(PathBuf::from),
+            name_layer: self.name_layer.or_else(|| more.name_layer.clone()),
+            name_when: self.name_when.or_else(|| more.name_when.clone()),
+            name_field: self.name_field.or_else(|| more.name_field.clone()),
         }
+    }
+}
+
+/// Returns why an output cannot have labels; `None` if it can.
+pub(super) fn without_labels(args: &RenderArgs, kind: &OutputKind) -> Option<&'static str> {
+    match kind {
+        _ if !args.stereo.eyes().of_pair().is_empty() => Some("stereo pairs cannot have labels yet; use --eyes mono"),
+        _ if args.show.is_some() => {
+            Some("--show writes an intermediate target, which has no labels; leave one of the two out")
+        }
+        OutputKind::Picture(PictureFormat::GeoJson) => {
+            Some("a .geojson holds only lines and marks; write a .svg, .pdf or .png for labels")
+        }
+        OutputKind::Picture(_) => None,
+        _ => Some("films cannot have labels yet; write a single picture"),
     }
 }
 
@@ -85,22 +104,42 @@ fn condition(text: &str) -> Result<String, String> {
     When::parse(text).map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 
-/// Checks whether the output can have labels.
+/// Checks whether the output can have labels, and the options of a file of names.
 pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
-    let names = &args.labels;
-    if names.is_empty() {
-        return Ok(());
+    let labels = &args.labels;
+    let of_names = [
+        ("--name-layer", labels.name_layer.is_some()),
+        ("--name-when", labels.name_when.is_some()),
+        ("--name-field", labels.name_field.is_some()),
+    ];
+    if let (None, Some((option, _))) = (&labels.names, of_names.iter().find(|(_, is_given)| *is_given)) {
+        return Err(Misuse(format!("{option}: belongs to a file of names; add --names FILE")));
     }
-    let option = if names.names.is_some() { "--names" } else { "--peaks" };
-    let output = named(&args.output);
-    let why = match kind {
-        _ if !args.stereo.eyes().of_pair().is_empty() => "a stereo pair has no labels yet; add --eyes mono",
-        _ if args.show.is_some() => "an intermediate target (--show) has no labels",
-        OutputKind::Picture(PictureFormat::GeoJson) => "a .geojson has no labels; the file of names is one already",
-        OutputKind::Picture(_) => return Ok(()),
-        _ => "a film has no labels yet; write a picture",
+    match without_labels(args, kind) {
+        Some(why) if !labels.is_empty() => {
+            let option = if labels.names.is_some() { "--names" } else { "--peaks" };
+            Err(Misuse(format!("{option}: {why}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Reads the places of `--names`; `is_own` says that the command line names the file, and not only a picture, whose
+/// file no message may quote.
+pub(super) fn places(args: &RenderArgs, store: &dyn TileStore, is_own: bool) -> Result<Vec<NamedPlace>, NamesError> {
+    let options = &args.labels;
+    let Some(file) = &options.names else { return Ok(Vec::new()) };
+    let size = store.levels()[0];
+    let wanted = WantedNames {
+        layer: options.name_layer.clone(),
+        field: options.name_field.as_deref(),
+        when: options.name_when.as_deref(),
     };
-    Err(Misuse(format!("{option}: {why}; the output is {output}")))
+    let found = named_places::read(file, &wanted, store.georeference(), [size.width, size.height])?;
+    for doubt in found.doubts.iter().filter(|_| is_own) {
+        tracing::warn!("{}: {doubt}", named(file));
+    }
+    Ok(found.places)
 }
 
 impl Job<'_> {
@@ -139,19 +178,20 @@ impl Job<'_> {
         }
         let still = PictureRequest::still(pose, self.args.size(), &style, self.world.light());
         let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, ..still };
-        let seen = names::visible(&self.gpu, &mut self.world.surfaces, &request, &sites.all)?;
+        let visible = names::visible(&self.gpu, &mut self.world.surfaces, &request, &sites.all)?;
         let [columns, rows] = drawn_area(&style.paper, self.args.size()).map(|ends| ends.map(|side| side as f64));
         let area_px = [DVec2::new(columns[0], rows[0]), DVec2::new(columns[1], rows[1])];
-        let seen = self.chosen(&sites, seen, area_px);
+        let seen = self.chosen(&sites, visible.sites, area_px);
         let ground = Ground { area_px, paper: &style.paper, px: self.args.px_per_style_px() };
         let labels = match self.map {
             Some(_) => names::on_map(&sites.all, &seen, &ground),
-            None => names::above_land(&sites.all, &seen, &ground),
+            None => names::above_land(&sites.all, &seen, visible.land_top_px, &ground),
         };
         if labels.labelled.is_empty() {
             let output = named(&self.args.output);
             tracing::warn!("{output}: shows no summit or named place that has room for a label");
         }
+        title::warn_of_replaced("labels", &labels.replaced);
         Ok(Some(labels))
     }
 
@@ -170,29 +210,27 @@ impl Job<'_> {
 
     /// Returns all places that may have labels.
     fn sites(&self) -> anyhow::Result<Sites> {
-        let options = &self.args.labels;
         let terrain = &self.world.surfaces.terrain;
         let store = terrain.store();
-        let bar = Bar::default();
-        let wanted = Wanted { most: MAX_SUMMITS, least_prominence_m: LEAST_PROMINENCE_M, lowest_m: store.range_m()[0] };
-        let summits = summits_of_store(store, wanted, &bar)?.unwrap_or_default();
-        let size = store.levels()[0];
-        let places = match &options.names {
-            Some(file) => {
-                let wanted = WantedNames {
-                    layer: options.name_layer.clone(),
-                    field: options.name_field.as_deref(),
-                    when: options.name_when.as_deref(),
-                };
-                named_places::read(file, &wanted, store.georeference(), [size.width, size.height])?
-            }
-            None => Vec::new(),
-        };
-        let [wide_m, _] = terrain.extent_m();
-        let snap_m = SNAP_M.max(SNAP_SAMPLES * wide_m / f64::from(size.width.max(2) - 1));
         let exaggeration = self.world.scene.vertical_exaggeration;
+        let wanted = Wanted {
+            most: MAX_SUMMITS,
+            least_prominence_m: LEAST_PROMINENCE_M * exaggeration,
+            lowest_m: (f64::from(store.range_m()[0]) / exaggeration) as f32,
+            has_isolation: false,
+        };
+        let summits = summits_of_store(store, wanted, &Bar::default())?.unwrap_or_default();
+        let [wide_m, _] = terrain.extent_m();
+        let snap_m = SNAP_M.max(SNAP_SAMPLES * wide_m / f64::from(store.levels()[0].width.max(2) - 1));
         let ground_m = |at: DVec2| self.world.ground_m(at.x, at.y);
-        Ok(Sites::new(&summits, &places, Rules { snap_m, exaggeration }, &ground_m))
+        let sites = Sites::new(&summits, &self.places, Rules { snap_m, exaggeration }, &ground_m);
+        if sites.doubted > 0 {
+            tracing::warn!(
+                "--names: the heights of {} differ from the land by more than {MAX_OFF_M} m; the land's are drawn",
+                counted(sites.doubted, "summit")
+            );
+        }
+        Ok(sites)
     }
 }
 
@@ -201,6 +239,8 @@ struct Sites {
     all: Vec<Site>,
     /// Number of sites with names.
     names: usize,
+    /// Number of summits whose stated height is not that of the land.
+    doubted: u64,
 }
 
 /// How places and summits are related.
@@ -219,48 +259,67 @@ impl Sites {
         for (index, summit) in summits.iter().enumerate() {
             cells.entry(cell(at(summit))).or_default().push(index);
         }
-        let mut is_named = vec![false; summits.len()];
-        let mut all = Vec::new();
-        for place in places {
+        // Pairs of a place and a summit near it, the best first: a prominent summit may be farther away.
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (number, place) in places.iter().enumerate() {
             let [x, y] = cell(place.world_m);
             let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [x + dx, y + dy]));
-            let near = around.filter_map(|cell| cells.get(&cell)).flatten().copied();
-            let near =
-                near.filter(|index| !is_named[*index] && at(&summits[*index]).distance(place.world_m) <= rules.snap_m);
-            let summit = near.max_by(|a, b| summits[*a].prominence_m.total_cmp(&summits[*b].prominence_m));
-            all.push(match summit {
-                Some(index) => {
-                    is_named[index] = true;
-                    of_summit(&summits[index], Some(place), rules)
+            for index in around.filter_map(|cell| cells.get(&cell)).flatten().copied() {
+                let away_m = at(&summits[index]).distance(place.world_m);
+                if away_m <= rules.snap_m {
+                    pairs.push((away_m / f64::from(summits[index].prominence_m).max(1.0).sqrt(), number, index));
                 }
-                None => Site {
-                    world_m: place.world_m.extend(ground_m(place.world_m)),
-                    text: names::label(Some(&place.name), place.height_m),
-                    weight: ELSEWHERE_M,
-                    is_summit: false,
-                },
-            });
+            }
         }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut summit_of: Vec<Option<usize>> = vec![None; places.len()];
+        let mut is_named = vec![false; summits.len()];
+        for (_, number, index) in pairs {
+            if summit_of[number].is_none() && !is_named[index] {
+                (summit_of[number], is_named[index]) = (Some(index), true);
+            }
+        }
+        let mut doubted = 0;
+        let named = places.iter().zip(&summit_of).map(|(place, summit)| match summit {
+            Some(index) => {
+                let (site, is_doubted) = of_summit(&summits[*index], Some(place), rules);
+                doubted += u64::from(is_doubted);
+                site
+            }
+            None => Site {
+                world_m: place.world_m.extend(ground_m(place.world_m)),
+                text: names::label(Some(&place.name), place.height_m),
+                weight: ELSEWHERE_M,
+                is_summit: false,
+            },
+        });
+        let mut all: Vec<Site> = named.collect();
         let names = all.len();
-        let is_certain = |summit: &Summit| f64::from(summit.certain_prominence_m) >= LEAST_PROMINENCE_M;
+        let least_m = LEAST_PROMINENCE_M * rules.exaggeration;
+        let is_certain = |summit: &Summit| f64::from(summit.certain_prominence_m) >= least_m;
         let unnamed = summits.iter().zip(&is_named).filter(|(summit, is_named)| !**is_named && is_certain(summit));
-        all.extend(unnamed.map(|(summit, _)| of_summit(summit, None, rules)));
-        Self { all, names }
+        all.extend(unnamed.map(|(summit, _)| of_summit(summit, None, rules).0));
+        Self { all, names, doubted }
     }
 }
 
-/// Returns the site of a summit, with the name and the stated height of a place at it.
-fn of_summit(summit: &Summit, place: Option<&NamedPlace>, rules: Rules) -> Site {
+/// Returns the site of a summit, with the name and the stated height of a place at it, and whether that height is not
+/// drawn because it differs much from that of the land.
+fn of_summit(summit: &Summit, place: Option<&NamedPlace>, rules: Rules) -> (Site, bool) {
     let drawn_m = f64::from(summit.height_m);
-    let height_m = place.and_then(|place| place.height_m).unwrap_or(drawn_m / rules.exaggeration);
+    let land_m = drawn_m / rules.exaggeration;
+    let stated_m = place.and_then(|place| place.height_m);
+    let is_doubted = stated_m.is_some_and(|stated_m| (stated_m - land_m).abs() > MAX_OFF_M);
+    let height_m = stated_m.filter(|_| !is_doubted).unwrap_or(land_m);
     // Beyond the border of the data, a summit there may be the slope of a higher one.
     let prominence_m = f64::from(summit.certain_prominence_m) / rules.exaggeration;
-    Site {
+    let site = Site {
         world_m: DVec2::from(summit.world_m).extend(drawn_m),
         text: names::label(place.map(|place| place.name.as_str()), Some(height_m)),
         weight: prominence_m.max(1.0) * if place.is_some() { NAMED } else { 1.0 },
         is_summit: true,
-    }
+    };
+    (site, is_doubted)
 }
 
 #[cfg(test)]
@@ -288,16 +347,25 @@ mod tests {
     #[test]
     fn names_are_those_of_the_most_prominent_summit_nearby() {
         let summits = [summit([0.0, 0.0], 3000.0, 900.0), summit([120.0, 0.0], 2980.0, 30.0)];
-        let places = [place([100.0, 20.0], "Main", None), place([110.0, 0.0], "Small", Some(1490.0))];
+        let main = place([100.0, 20.0], "Main", None);
+        let small = place([110.0, 0.0], "Small", Some(1490.0));
         let rules = Rules { snap_m: 250.0, exaggeration: 2.0 };
-        let sites = Sites::new(&summits, &places, rules, &|_| 7.0);
-        let texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
-        assert_eq!((texts, sites.names), (vec!["Main 1\u{2009}500", "Small 1\u{2009}490"], 2));
+        // Whatever the order of the file.
+        for places in [[&main, &small], [&small, &main]] {
+            let sites = Sites::new(&summits, &places.map(Clone::clone), rules, &|_| 7.0);
+            let mut texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
+            texts.sort_unstable();
+            assert_eq!((texts, sites.names), (vec!["Main 1\u{2009}500", "Small 1\u{2009}490"], 2));
+        }
+        let sites = Sites::new(&summits, &[main, small], rules, &|_| 7.0);
         assert_eq!(sites.all[0].world_m, DVec2::ZERO.extend(3000.0));
         assert!((sites.all[0].weight - 3.0 * 450.0).abs() < 1e-9);
         // Too far away for a name, which has a place of its own then.
         let far = [place([900.0, 0.0], "Hut", Some(1.0))];
         let sites = Sites::new(&summits, &far, rules, &|_| 7.0);
+        // A height that is not that of the land.
+        let wrong = Sites::new(&summits, &[place([0.0, 0.0], "Main", Some(14_411.0))], rules, &|_| 7.0);
+        assert_eq!((wrong.all[0].text.as_str(), wrong.doubted), ("Main 1\u{2009}500", 1));
         // A summit on the border of the data may be none.
         let on_border = Summit { certain_prominence_m: 0.0, ..summit([5000.0, 0.0], 2000.0, 500.0) };
         assert_eq!(Sites::new(&[on_border], &[], rules, &|_| 7.0).all, []);

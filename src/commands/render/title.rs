@@ -192,16 +192,7 @@ impl Job<'_> {
     /// Warns once about characters that neither the lettering nor a font of the machine has.
     pub(super) fn warn_of_letters(&self, pose: &Pose) {
         let replaced = self.title_block(pose).map(|block| block.replaced).unwrap_or_default();
-        if !replaced.is_empty() {
-            let named = replaced.iter().take(MAX_NAMED).map(|letter| letter.escape_debug().to_string());
-            let mut list = named.collect::<Vec<_>>().join(" ");
-            if replaced.len() > MAX_NAMED {
-                list += &format!(" and {} more", replaced.len() - MAX_NAMED);
-            }
-            tracing::warn!(
-                "title block: no font on this machine has these characters, drawn as question marks: {list}"
-            );
-        }
+        warn_of_replaced("title block", &replaced);
     }
 
     /// Adds the title block and the frame of a map to the lines of a drawing.
@@ -250,6 +241,22 @@ impl Job<'_> {
         let name = COMPASS[(heading_deg / 22.5).round() as usize % COMPASS.len()];
         format!("{place}, height {} m, looking {name} ({:.0}°)", grouped(at_m.z), heading_deg.round() % 360.0)
     }
+}
+
+/// Warns about characters of a text that neither the lettering nor a font of the machine has.
+pub(super) fn warn_of_replaced(what: &str, replaced: &[char]) {
+    if replaced.is_empty() {
+        return;
+    }
+    let mut letters = replaced.to_vec();
+    letters.sort_unstable();
+    letters.dedup();
+    let named = letters.iter().take(MAX_NAMED).map(|letter| letter.escape_debug().to_string());
+    let mut list = named.collect::<Vec<_>>().join(" ");
+    if letters.len() > MAX_NAMED {
+        list += &format!(" and {} more", letters.len() - MAX_NAMED);
+    }
+    tracing::warn!("{what}: no font on this machine has these characters, drawn as question marks: {list}");
 }
 
 /// Smallest convergence of the meridians that a title block states, in degrees.

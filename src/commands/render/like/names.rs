@@ -16,6 +16,7 @@ pub(in crate::commands::render) struct Names {
     pub(super) world: Option<PathBuf>,
     pub(super) water: Option<PathBuf>,
     pub(super) path: Option<PathBuf>,
+    pub(super) labels: Option<PathBuf>,
 }
 
 impl Names {
@@ -37,6 +38,20 @@ impl Names {
     ) -> anyhow::Result<T> {
         let file = self.path.as_ref().map(|file| format!("its path {}", named(file)));
         self.hidden(result, &file.unwrap_or_default(), "by --path")
+    }
+
+    /// Replaces the error of a file of names that the imprint names.
+    pub(in crate::commands::render) fn labels<T, E: Into<anyhow::Error>>(
+        &self,
+        result: Result<T, E>,
+    ) -> anyhow::Result<T> {
+        let file = self.labels.as_ref().map(|file| format!("its file of names {}", named(file)));
+        self.hidden(result, &file.unwrap_or_default(), "by --names")
+    }
+
+    /// Returns whether the command line names the file of names.
+    pub(in crate::commands::render) fn has_own_labels(&self) -> bool {
+        self.labels.is_none()
     }
 
     fn hidden<T, E: Into<anyhow::Error>>(&self, result: Result<T, E>, files: &str, how: &str) -> anyhow::Result<T> {
