@@ -298,7 +298,7 @@ mod tests {
         let error = |field| read(&csv, &of(field), &land(), [1001, 1001]).unwrap_err().to_string();
         assert!(
             error(None)
-                .ends_with("no attribute holds names: its attributes are code, kind; give its name with --name-field")
+                .ends_with("no attribute is called name, title, label or text; choose one with --name-field: its attributes are code, kind")
         );
         assert!(error(Some("nome")).ends_with("has no attribute \"nome\"; its attributes are code, kind"));
         let found = read(&csv, &of(Some("kind")), &land(), [1001, 1001]).unwrap().places;

@@ -92,7 +92,8 @@ fn names_are_groups_of_a_drawing() {
     assert_eq!(names(&std::fs::read_to_string(place.path("again.svg")).unwrap()), names(&main));
     assert_ne!(names(&all), names(&main));
     // A film of the same view has no labels, and says nothing of options that nobody typed.
-    place.text(&["render", "--like", "main.svg", "--path", "tour", "--frames", "0..1", "-o", "film%d.png"]);
+    place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-1300,+500,0,-15,60\n0.1,0,-1290,+500,0,-15,60\n");
+    place.text(&["render", "--like", "main.svg", "--path", "path.csv", "--fps", "10", "-o", "film%d.png"]);
     // Without the file, the error does not say what is in it.
     place.file("peaks.geojson", "secret,more\n1,2\n");
     let error = place.error(&["render", "--like", "main.svg", "-o", "other.svg"]);
@@ -110,7 +111,7 @@ fn names_that_cannot_be_drawn_are_one_line() {
     let missing = place.error(&draw(&["--names", "nothing.gpx", "-o", "a.png"]));
     assert!(missing.contains("nothing.gpx"), "{missing}");
     let unnamed = place.error(&draw(&["--names", "codes.csv", "-o", "a.png"]));
-    assert!(unnamed.contains("codes.csv: no attribute holds names: its attributes are code"), "{unnamed}");
+    assert!(unnamed.contains("codes.csv: no attribute is called name, title, label or text; choose one with --name-field: its attributes are code"), "{unnamed}");
     let condition =
         place.error(&draw(&["--names", "codes.csv", "--name-field", "code", "--name-when", "cod > 3", "-o", "a.png"]));
     assert!(condition.contains("column 1: there is no attribute"), "{condition}");
