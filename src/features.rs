@@ -49,7 +49,7 @@ use self::{
 /// a third of it.
 pub(crate) const MAX_POSITIONS: usize = 1 << 25;
 
-/// What to read from a file.
+/// The layer that is read from a file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Choice {
     /// The name of the layer; needed if a GeoPackage has several. A GPX file has the layers `waypoints`, `routes` and

@@ -114,7 +114,7 @@ impl<'a> Table<'a> {
         buffer.get(begin..begin + length)
     }
 
-    /// Returns text.
+    /// Reads a field that holds a UTF-8 string.
     pub(super) fn text(&self, number: usize) -> Option<&'a str> {
         std::str::from_utf8(self.bytes(number)?).ok()
     }

@@ -49,7 +49,7 @@ mod field {
     }
 }
 
-/// What the header says.
+/// The contents of the header of a FlatGeobuf file.
 struct Header {
     name: Option<String>,
     geometry_type: u8,

@@ -11,7 +11,7 @@ const HEAD_BYTES: u64 = 1 << 16;
 /// Number of bytes within which the first element of an XML file begins.
 const XML_BYTES: usize = 1 << 14;
 
-/// A format.
+/// A file format of features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     GeoJson,

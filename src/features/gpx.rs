@@ -88,7 +88,7 @@ impl From<quick_xml::Error> for Fault {
 
 type Flow = Result<ControlFlow<()>, Fault>;
 
-/// An element.
+/// A start tag of the GPX file, as far as the reader uses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Element {
     Root,

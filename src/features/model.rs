@@ -79,7 +79,7 @@ impl Value {
         if number.is_finite() { Self::Number(number) } else { Self::None }
     }
 
-    /// Returns text; `None` for empty text.
+    /// Creates a text value; empty text becomes [`Value::None`].
     pub(super) fn text(text: &str) -> Self {
         if text.is_empty() { Self::None } else { Self::Text(text.to_owned()) }
     }
@@ -143,7 +143,7 @@ pub(super) fn coordinate(text: &str, has_decimal_commas: bool) -> Option<f64> {
 pub(crate) struct Attributes(Vec<(Arc<str>, Value)>);
 
 impl Attributes {
-    /// Returns the value of a name; [`Value::None`] if there is no such attribute.
+    /// Returns the value of an attribute; [`Value::None`] if the feature lacks the attribute.
     pub(crate) fn get(&self, name: &str) -> &Value {
         self.0.iter().find(|(own, _)| &**own == name).map_or(&Value::None, |(_, value)| value)
     }

@@ -31,7 +31,7 @@ impl Shapes {
         }
     }
 
-    /// Returns whether there is no valid part.
+    /// Returns whether the geometry lacks any valid part.
     pub(super) fn is_empty(&self) -> bool {
         self.points.is_empty() && self.lines.is_empty() && self.areas.is_empty()
     }

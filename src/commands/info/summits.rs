@@ -31,7 +31,7 @@ pub(crate) struct PeaksArgs {
 /// Finds the summits that are listed; `None` without `--peaks`.
 ///
 /// # Errors
-/// What is described has no heights, or they cannot be read.
+/// The file is no DEM, or its heights cannot be read.
 pub(super) fn found(args: &InfoArgs, info: &Info) -> anyhow::Result<Option<Vec<Summit>>> {
     let Some(most) = args.summits.peaks else { return Ok(None) };
     let least_prominence_m = args.summits.prominence.unwrap_or(0.0);

@@ -11,7 +11,7 @@ const MOST_COLUMNS: usize = 1 << 16;
 const NAME: usize = 0;
 const TYPE: usize = 1;
 
-/// A column.
+/// A column of the attribute table, from the header.
 pub(super) struct Column {
     name: Name,
     kind: Kind,

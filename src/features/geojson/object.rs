@@ -16,7 +16,7 @@ use super::geometry::{Geometries, Geometry};
 use super::value::{Brief, Name, Properties, Scalar};
 use crate::file::message::quoted;
 
-/// What is known while a text is read.
+/// The state of the reader within one GeoJSON text.
 pub(super) struct State<'s, 'e> {
     pub(super) sink: &'s mut Sink<'e>,
     pub(super) gauge: Gauge,
