@@ -15,7 +15,7 @@ fn a_layer_is_chosen_by_name() {
     writers::add_table(&connection, "tracks", 4326, &features[2..]);
     drop(connection);
     let error = read_all(&path, None).unwrap_err().to_string();
-    assert!(error.ends_with(": has 2 layers; choose one of them: huts \"of\" 1, tracks"), "{error}");
+    assert!(error.ends_with(": has 2 layers; choose one with --name-layer: huts \"of\" 1, tracks"), "{error}");
     let error = read_all(&path, Some("trails")).unwrap_err().to_string();
     assert!(error.ends_with(": has no layer \"trails\"; its layers are huts \"of\" 1, tracks"), "{error}");
     let (found, summary) = read_all(&path, Some("huts \"of\" 1")).unwrap();
