@@ -20,6 +20,7 @@ mod geojson;
 mod geopackage;
 mod gpx;
 mod model;
+mod on_land;
 mod shapes;
 mod sink;
 mod summary;
@@ -34,6 +35,7 @@ use std::path::Path;
 
 pub(crate) use self::error::FeatureError;
 pub(crate) use self::model::{Attributes, Feature, Geometry, Value};
+pub(crate) use self::on_land::{OnLand, OnLandError};
 pub(crate) use self::summary::{CrsOrigin, Layer, Summary};
 
 use self::error::Cause;

@@ -83,6 +83,7 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     terrain.map_horizons(gpu, style.needs_horizons().then_some(light.to_sun));
     let prepared = terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()));
     world.follow_drainage(gpu, rig, style);
+    world.follow_features(gpu, rig, style);
     prepared
 }
 

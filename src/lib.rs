@@ -34,6 +34,7 @@ pub mod style;
 mod tiles;
 mod land_mesh;
 mod drainage;
+mod draped;
 pub mod world;
 mod surface;
 mod lines;

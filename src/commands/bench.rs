@@ -72,7 +72,7 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 const IS_OWN: [fn(&Path) -> bool; 3] = [is_frames_csv, is_page, Report::is_report];
 
 /// Options that the parts of a suite have, and the suite has not.
-const PARTS_ONLY: [&str; 33] = [
+const PARTS_ONLY: [&str; 34] = [
     "antialias",
     "budget",
     "compare",
@@ -88,6 +88,7 @@ const PARTS_ONLY: [&str; 33] = [
     "height_scale",
     "height_unit",
     "ipd",
+    "layer",
     "lod_error",
     "nodata",
     "path",

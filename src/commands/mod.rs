@@ -6,6 +6,7 @@ pub(crate) mod bench;
 mod describe;
 pub(crate) mod height_args;
 pub(crate) mod land_args;
+pub(crate) mod layer_args;
 pub(crate) mod info;
 pub(crate) mod fly;
 mod inputs;

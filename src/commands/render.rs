@@ -363,6 +363,12 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         );
         return Err(Misuse(misuse).into());
     }
+    // Read the world before the GPU is opened: its errors can be reported without one.
+    let scene = liked.names.world(args.world.scene());
+    let style = match &scene {
+        Ok(scene) if !scene.features.is_empty() => style.with_features(),
+        _ => style,
+    };
     let of_view = if args.map.is_some() { style.clone().on_map()? } else { style.clone() };
     let (style, as_written) = (of_view.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;
@@ -388,8 +394,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         bail!("cannot write {}: there is no folder {}", named(&args.output), named(folder));
     }
     args.world.check()?;
-    // Open the world before the GPU: its errors can be reported without one.
-    let scene = liked.names.world(args.world.scene())?;
+    let scene = scene?;
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
     // Read only once: it may be a pipe.
     let flight = args.path.as_deref().map(arguments::camera_path).transpose()?;

@@ -7,6 +7,7 @@ use clap::Args;
 use super::arguments;
 use super::height_args::HeightArgs;
 use super::land_args::LandArgs;
+use super::layer_args::LayerArgs;
 use super::light_args::LightArgs;
 use super::water_args::WaterArgs;
 use crate::file::unnamed;
@@ -30,6 +31,9 @@ pub(crate) struct WorldArgs {
     /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
+    /// Which features are drawn on the land.
+    #[command(flatten)]
+    pub layers: LayerArgs,
     /// The sea, the trees and the seed of the land.
     #[command(flatten)]
     pub land: LandArgs,
@@ -49,14 +53,16 @@ impl WorldArgs {
         self.name.as_deref()
     }
 
-    /// Checks that the world exists, if it is a file (see [`arguments::check_world`]), and the file of `--water`.
+    /// Checks that the world exists, if it is a file (see [`arguments::check_world`]), and the files of `--water` and
+    /// `--layer`.
     ///
     /// # Errors
-    /// The errors of [`arguments::check_world`] and [`WaterArgs::check`].
+    /// The errors of [`arguments::check_world`], [`WaterArgs::check`] and [`LayerArgs::check`].
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         self.light.check()?;
         arguments::check_world(self.name())?;
-        self.water.check()
+        self.water.check()?;
+        self.layers.check()
     }
 
     /// Reads the scene of the world; the options replace its values.
@@ -76,7 +82,7 @@ impl WorldArgs {
         let own_forest = scene.forest.clone();
         // First, because another seed removes the scene's own focus, but not that of the command line.
         let scene = self.land.apply_to(self.name(), scene)?;
-        let mut scene = self.water.apply_to(self.light.apply_to(self.heights.apply_to(scene)));
+        let mut scene = self.layers.apply_to(self.water.apply_to(self.light.apply_to(self.heights.apply_to(scene))));
         scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
         Ok((scene, own_forest))
     }

@@ -14,7 +14,7 @@ const MOST_NAMES: usize = 12;
 /// `source()` returns the cause as a value where there is one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub(crate) enum FeatureError {
+pub enum FeatureError {
     /// The file system refused to open or to read the file, or one feature of it is too large.
     #[error("{}: cannot be read: {source}", named(path))]
     Read {

@@ -15,10 +15,9 @@ pub(crate) struct Feature {
     /// Parts of one kind. A collection of several kinds in the file is passed as several features.
     pub geometry: Geometry,
     pub attributes: Attributes,
-    #[cfg_attr(not(test), expect(dead_code, reason = "names come from one layer; drawn layers will need it"))]
     /// Index into [`Summary::layers`](super::Summary::layers).
     pub layer: usize,
-    #[cfg_attr(not(test), expect(dead_code, reason = "drawn layers will name the record of what they leave out"))]
+    #[cfg_attr(not(test), expect(dead_code, reason = "what is left out is counted, and its first record named, in the summary"))]
     /// Number in the file, for messages: see [`Summary::record_noun`](super::Summary::record_noun).
     pub record: u64,
 }

@@ -8,9 +8,9 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
-use crate::lines::{curvature, drainage, rims, smooth, threshold};
+use crate::lines::{curvature, drainage, draped, rims, smooth, threshold};
 use crate::style::layers::{Channels, Fading, HEIGHT_LINES};
-use crate::style::{Drainage, Layer, Lines, Style, StyleInk};
+use crate::style::{Drainage, Features, Layer, Lines, Style, StyleInk};
 
 /// The resources that the pass of a layer may bind.
 pub(super) struct EyeInputs<'a> {
@@ -76,6 +76,32 @@ pub(super) fn draw_drainage(
         ink: &ink,
     };
     drainage::run(recorder, &drawn);
+    Some(ink)
+}
+
+/// Draws features on the land, and returns their picture. `number` is that of the layer among those of its kind. Returns
+/// `None`, and draws nothing, in a world without features.
+pub(super) fn draw_features(
+    recorder: &mut Recorder<'_>,
+    inputs: &FrameInputs<'_>,
+    (layer, number): (&Features, usize),
+    at_eye: &EyeInputs<'_>,
+    targets: &mut Targets,
+) -> Option<Target> {
+    let (features, terrain) = (inputs.world.features()?, &inputs.world.terrain);
+    let ink = targets.numbered(recorder.gpu(), &draped::FEATURE_INK, number);
+    let drawn = draped::Inputs {
+        view: at_eye.view,
+        terrain: &terrain.resources(),
+        style: layer,
+        blocks: features.layer(number),
+        origin_m: inputs.rig.origin_m,
+        sample_m: terrain.grid_projection().spacing_m(),
+        distance: at_eye.distance,
+        normal: at_eye.normal,
+        ink: &ink,
+    };
+    draped::run(recorder, &drawn);
     Some(ink)
 }
 

@@ -369,6 +369,7 @@ fn finish(
         Layer::ToneLines(_)
         | Layer::HeightLines(_)
         | Layer::Drainage(_)
+        | Layer::Features(_)
         | Layer::Cuts(_)
         | Layer::Ground(_)
         | Layer::Rows(_)

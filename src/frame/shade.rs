@@ -176,6 +176,9 @@ pub(super) fn shade(
         Layer::Drainage(layer) => {
             inks::draw_drainage(recorder, inputs, (layer, style.layers.number(index)), &at_eye, targets)
         }
+        Layer::Features(layer) => {
+            inks::draw_features(recorder, inputs, (layer, style.layers.number(index)), &at_eye, targets)
+        }
         _ => inks::draw(recorder, inputs, layer, style.layers.number(index), &at_eye, targets),
     });
     let inks = inks.collect();

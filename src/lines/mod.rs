@@ -7,6 +7,7 @@ pub(crate) mod crowd;
 pub(crate) mod curvature;
 pub(crate) mod detector;
 pub(crate) mod drainage;
+pub(crate) mod draped;
 pub(crate) mod lsa;
 pub(crate) mod radial;
 pub(crate) mod ridges;

@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 11;
+const VERSION: u32 = 12;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -153,6 +153,8 @@ pub struct More {
     pub focus: Option<String>,
     /// Value of `--water`.
     pub water: Option<String>,
+    /// Files of `--layer`.
+    pub layers: Option<Vec<String>>,
     /// Value of `--show`.
     pub show: Option<String>,
     /// Paper of an SVG.
@@ -181,7 +183,8 @@ impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
-    /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`.
+    /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`;
+    /// 12 `layers`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -194,8 +197,10 @@ impl More {
         const FITTED: u32 = 8;
         const FRAMED: u32 = 9;
         const TITLED: u32 = 10;
+        const NAMED: u32 = 11;
         match self {
-            _ if self.peaks.is_some() || self.names.is_some() => VERSION,
+            _ if self.layers.is_some() => VERSION,
+            _ if self.peaks.is_some() || self.names.is_some() => NAMED,
             _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => TITLED,
             _ if self.frame.is_some() => FRAMED,
             _ if self.tone_curve.is_some() => FITTED,
@@ -260,6 +265,7 @@ impl More {
             frame: _,
             focus: _,
             water: _,
+            layers: _,
             show: _,
             paper: _,
             path: _,

@@ -148,6 +148,7 @@ fn kind_of(style: &Style, style_ink: &StyleInk) -> InkKind {
             DrainageLines::Streams => InkKind::Stream,
             DrainageLines::Ridges => InkKind::RidgeLine,
         },
+        Some(Layer::Features(_)) => InkKind::Feature,
         Some(Layer::Rims(_)) => InkKind::Rim,
         Some(Layer::Water(water)) if water.has_only_shores() => InkKind::Shoreline,
         Some(Layer::Water(_)) => InkKind::WaterLine,

@@ -142,6 +142,12 @@ fn entries(style: &Style, longest_m: Option<f32>) -> Vec<Entry> {
             Layer::Water(water) => {
                 add("Water".to_owned(), Sample::Water(Box::new(water.clone()), style.paper.color), seen);
             }
+            Layer::Features(features) => {
+                let width_px = f64::from(features.line_px.max(0.25));
+                let sample = Sample::Line { ink, from_px: width_px, to_px: width_px, beside_px: 0.0 };
+                let name = if features.file.is_empty() { "Features" } else { &features.file };
+                add(name.to_owned(), sample, seen);
+            }
             Layer::Rims(rims) if rims.width_px > 0.0 => {
                 let [width_px, dash_px, gap_px] = [rims.width_px, rims.dash_px, rims.gap_px].map(f64::from);
                 add("Land without data".to_owned(), Sample::Dashes { ink, width_px, dash_px, gap_px }, seen);

@@ -4,6 +4,7 @@ pub(crate) mod anaglyph;
 pub mod camera;
 pub(crate) mod earth;
 pub(crate) mod embedded;
+mod feature_files;
 pub(crate) mod focus;
 pub mod forest;
 pub(crate) mod forest_cover;
@@ -30,6 +31,7 @@ use std::str::FromStr;
 
 use camera::Camera;
 pub use earth::Earth;
+pub use feature_files::FeatureFile;
 pub use focus::{Focus, FocusAbout, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
@@ -75,6 +77,8 @@ pub struct Scene {
     pub sea_level_m: Option<f64>,
     /// Files that mark water, in addition to the water that is found in the heights.
     pub water: WaterFiles,
+    /// Files of points, lines and areas that are drawn on the land.
+    pub features: Vec<FeatureFile>,
     /// Properties of the height files that the files themselves do not declare.
     pub heights: OpenOptions,
 }
@@ -153,6 +157,7 @@ impl Scene {
             wind: None,
             sea_level_m: None,
             water: WaterFiles::default(),
+            features: Vec::new(),
             heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }

@@ -70,6 +70,7 @@ impl Scene {
             check(key, path)?;
             source::files_of(path).iter().try_for_each(|other| check(key, other))?;
         }
+        self.features.iter().try_for_each(|file| check("features.file", &file.path))?;
         let mut trees = self.forest.iter().flat_map(|forest| &forest.models);
         trees.try_for_each(|model| check("forest.species.file", &model.file))?;
         self.meshes.iter().try_for_each(|mesh| check("meshes.file", &mesh.file))?;

@@ -55,6 +55,10 @@
 //! # mask = "water.tif"              # additional water: every non-zero value of a raster
 //! # only_given = true               # then level areas are not water
 //!
+//! [[features]]                      # points, lines and areas that are drawn on the land; a style's layer `features` says how
+//! file = "paths.gpkg"               # GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf
+//! layer = "paths"                   # of a file with several; default: all of them
+//!
 //! [wind]                            # moves trees; default: still air
 //! speed_m_s = 4                     # mean speed, at most 60; default: 5
 //! from_deg = 240                    # direction it comes from, clockwise from north; default: 270
@@ -96,6 +100,7 @@ use serde::Deserialize;
 
 use super::camera::Camera;
 use super::earth::Earth;
+use super::feature_files::FeatureToml;
 use super::focus::FocusToml;
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
@@ -156,6 +161,8 @@ struct FileToml {
     wind: Option<WindToml>,
     #[serde(default)]
     water: WaterToml,
+    #[serde(default)]
+    features: Vec<FeatureToml>,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -363,6 +370,8 @@ impl Scene {
         }
         scene.sea_level_m = file.water.sea_level_m;
         scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
+        let features = file.features.iter().map(|entry| entry.file(path));
+        scene.features = features.collect::<Result<_, _>>().map_err(|(key, cause)| wrong(key, cause))?;
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

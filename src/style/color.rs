@@ -10,6 +10,8 @@ pub struct Color([u8; 3]);
 
 impl Color {
     pub(crate) const WHITE: Self = Self([255; 3]);
+    /// The colour of paths on maps, which differs from the inks of the land.
+    pub(crate) const VERMILION: Self = Self([0xb8, 0x2b, 0x1e]);
 
     /// Returns red, green and blue in linear light, 0 to 1, as the shaders use them.
     pub(crate) fn linear(self) -> [f32; 3] {

@@ -61,6 +61,12 @@ pub enum StyleError {
         /// The cause, in one line.
         cause: String,
     },
+    /// A condition on attributes of features has a mistake.
+    #[error("{0}")]
+    Condition(
+        /// The column in the condition, and what is wrong there.
+        String,
+    ),
     /// The environment map (`.hdr`) cannot be used.
     #[error(transparent)]
     Environment(#[from] HdrError),

@@ -15,6 +15,7 @@
 
 mod cuts;
 mod drainage;
+mod features;
 mod form;
 mod ground;
 pub mod hatching;
@@ -39,6 +40,7 @@ use toml_edit::{ArrayOfTables, Item, Table, value};
 pub(crate) use cuts::CUT_INK;
 pub use cuts::{Cuts, PlaneFamily};
 pub use drainage::{Drainage, DrainageLines, DrainageViews};
+pub use features::{FeatureKinds, Features};
 pub(crate) use form::key_in_document;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
 #[cfg(test)]
@@ -190,6 +192,8 @@ layer_kinds! {
     "lines" Lines: lines, lines_mut, set_lines, at most 1;
     /// Pen strokes along contours.
     "strokes" Strokes: strokes, strokes_mut, set_strokes, at most 1;
+    /// Points, lines and areas from files, draped on the land.
+    "features" Features: lowest_features, lowest_features_mut, set_features, at most 4;
 }
 
 /// The ink layers of a style, from the bottom to the top.
@@ -350,6 +354,16 @@ impl Style {
         let keys: Vec<String> = (0..self.layers.len()).map(|index| self.layers.key(index)).collect();
         let mut keys = keys.iter();
         self.layers.0.retain(|_| !keys.next().is_some_and(|key| is_left_out(key)));
+        self
+    }
+
+    /// Returns the style with a layer of features, of default values if it has none.
+    #[must_use]
+    pub(crate) fn with_features(mut self) -> Self {
+        let has_room = self.inks().len() < MAX_INKS;
+        if self.lowest_features().is_none() && has_room {
+            self.layers.replace("features", Features::default_value().map(Layer::Features));
+        }
         self
     }
 

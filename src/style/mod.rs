@@ -38,7 +38,7 @@ pub(crate) use held::StyleFiles;
 use layers::RecipeSource;
 pub(crate) use layers::StyleInk;
 pub use layers::{
-    Cuts, Detector, Drainage, DrainageLines, DrainageViews, Epsilon, Ground, HeightLines, Layer, Layers, Lines,
+    Cuts, Detector, Drainage, DrainageLines, DrainageViews, Epsilon, FeatureKinds, Features, Ground, HeightLines, Layer, Layers, Lines,
     PlaneFamily, Rims, Rows, Stereo, Strokes, ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, choices, parameters};
@@ -379,7 +379,7 @@ impl Style {
         self.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| {
             // Other errors begin with the name of a file.
             let wrong = match source {
-                StyleError::UnknownMarks { .. } | StyleError::UnknownTexture { .. } => {
+                StyleError::UnknownMarks { .. } | StyleError::UnknownTexture { .. } | StyleError::Condition(_) => {
                     Wrong::new(key, format!(": {source}"))
                 }
                 _ => Wrong::with_message(key, source.to_string()),

@@ -27,6 +27,7 @@ mod device;
 mod dry;
 mod extremes;
 mod eyes;
+mod features_on_land;
 mod files;
 mod flights;
 mod fitted_tones;

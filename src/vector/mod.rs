@@ -117,6 +117,8 @@ pub(crate) enum InkKind {
     Stream,
     /// Ridge lines that follow from how the land drains.
     RidgeLine,
+    /// Points, lines and outlines of areas from files.
+    Feature,
     /// Dashes along no-data.
     Rim,
     /// Lines along the shores of water.
@@ -133,6 +135,7 @@ impl InkKind {
             Self::ContourLine => "contour line",
             Self::Stream => "stream",
             Self::RidgeLine => "ridge line",
+            Self::Feature => "feature",
             Self::Rim => "rim",
             Self::Shoreline => "shoreline",
             Self::WaterLine => "water line",
@@ -198,6 +201,8 @@ pub(crate) struct DrawingReport {
     pub marks: u64,
     /// Number of paths that are contour lines of height.
     pub contour_lines: u64,
+    /// Number of paths that are points, lines and outlines of areas from files.
+    pub features: u64,
     /// Number of paths that are dashes along no-data.
     pub rims: u64,
     /// Number of paths that are shorelines.
@@ -233,6 +238,7 @@ impl DrawingReport {
             (self.streams, InkKind::Stream),
             (self.ridge_lines, InkKind::RidgeLine),
             (self.marks, InkKind::Mark),
+            (self.features, InkKind::Feature),
             (self.rims, InkKind::Rim),
             (self.shorelines, InkKind::Shoreline),
             (self.water_lines, InkKind::WaterLine),
@@ -255,6 +261,7 @@ impl DrawingReport {
         self.contour_lines += other.contour_lines;
         self.streams += other.streams;
         self.ridge_lines += other.ridge_lines;
+        self.features += other.features;
         self.rims += other.rims;
         self.shorelines += other.shorelines;
         self.water_lines += other.water_lines;
@@ -328,6 +335,7 @@ fn layer(
         GroupKind::Ink(InkKind::ContourLine) => &mut report.contour_lines,
         GroupKind::Ink(InkKind::Stream) => &mut report.streams,
         GroupKind::Ink(InkKind::RidgeLine) => &mut report.ridge_lines,
+        GroupKind::Ink(InkKind::Feature) => &mut report.features,
         GroupKind::Ink(InkKind::Rim) => &mut report.rims,
         GroupKind::Ink(InkKind::Shoreline) => &mut report.shorelines,
         GroupKind::Ink(InkKind::WaterLine) => &mut report.water_lines,

@@ -23,6 +23,7 @@ pub(crate) use self::open::inputs_of;
 pub use self::open::{OpenWorld, WorldError, open_store, scene_of};
 pub(crate) use self::open::{exaggerated, rounded};
 use crate::drainage::{Drainage, Land};
+use crate::draped::{Draped, Resident};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;
@@ -30,7 +31,7 @@ pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
 use crate::scene::view::Rig;
 use crate::scene::{Forest, Wind};
-use crate::style::Style;
+use crate::style::{Layer, Style};
 use crate::tiles::terrain::Loading;
 pub use crate::tiles::terrain::{Terrain, TerrainError, TerrainOptions};
 
@@ -55,6 +56,7 @@ pub struct Surfaces {
     exaggeration: f64,
     given_water: Option<Arc<GivenWater>>,
     drainage: Drainage,
+    features: Option<Resident>,
 }
 
 impl From<Terrain> for Surfaces {
@@ -72,6 +74,7 @@ impl From<Terrain> for Surfaces {
             exaggeration: 1.0,
             given_water: None,
             drainage: Drainage::default(),
+            features: None,
         }
     }
 }
@@ -178,6 +181,27 @@ impl Surfaces {
                 Land { store: Arc::clone(self.terrain.store()), projection: self.terrain.grid_projection().clone() };
             self.drainage.follow(gpu, &land, rig, of, waits);
         }
+    }
+
+    /// Returns the features on the land, if there are any.
+    pub(crate) fn features(&self) -> Option<&Resident> {
+        self.features.as_ref()
+    }
+
+    /// Replaces the features on the land.
+    pub(crate) fn set_features(&mut self, features: Draped) {
+        self.features = (!features.is_empty()).then(|| Resident::new(Arc::new(features)));
+    }
+
+    /// Prepares the features that a style draws for what a rig sees.
+    pub(crate) fn follow_features(&mut self, gpu: &Gpu, rig: &Rig, style: &Style) {
+        let Some(features) = &mut self.features else { return };
+        let layers = style.layers.iter().filter_map(|layer| match layer {
+            Layer::Features(layer) => Some(layer),
+            _ => None,
+        });
+        let range_m = self.terrain.range_m().map(f64::from);
+        features.follow(gpu, &layers.collect::<Vec<_>>(), rig, range_m);
     }
 
     /// Replaces or removes the wind.

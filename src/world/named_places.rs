@@ -6,11 +6,9 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 
 use crate::features::when::{When, WhenError};
-use crate::features::{self, Attributes, Choice, Feature, FeatureError, Geometry, Value};
+use crate::features::{self, Attributes, Choice, Feature, FeatureError, Geometry, OnLand, OnLandError, Value};
 use crate::file::message::{named, printable, quoted};
-use crate::source::georeference::{Crs, Georeference};
-use crate::source::mosaic::SampleTransform;
-use crate::source::{GeoreferenceError, WorldMapping};
+use crate::source::georeference::Georeference;
 
 /// Largest number of places on the land that are read.
 const MAX_PLACES: usize = 1 << 20;
@@ -55,10 +53,8 @@ pub(crate) struct WantedNames<'a> {
 pub(crate) enum NamesError {
     #[error(transparent)]
     Feature(#[from] FeatureError),
-    #[error("{}: {cause}, for example with ogr2ogr -t_srs EPSG:4326 OUT.gpkg IN", named(path))]
-    Crs { path: PathBuf, cause: GeoreferenceError },
-    #[error("{}: its positions cannot be placed on the land: {cause}", named(path))]
-    NoWay { path: PathBuf, cause: String },
+    #[error(transparent)]
+    OnLand(#[from] OnLandError),
     #[error(
         "{}: no attribute is called name, title, label or text; choose one with --name-field: {found}",
         named(path)
@@ -103,27 +99,11 @@ pub(crate) fn read(
         },
     };
     let height_key = first_of(&keys, &HEIGHT_FIELDS);
-    let own = match &summary.crs {
-        Some(crs) => Georeference::of_text(&crs.text, &named(path)),
-        // Coordinates without a reference system are those of the heights.
-        None => Ok(Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..place.clone() }),
-    };
-    let own = own.map_err(|cause| NamesError::Crs { path: owned(), cause })?;
-    let no_way = |cause: String| NamesError::NoWay { path: owned(), cause: printable(&cause, 120) };
-    if place.crs == Crs::Local {
-        return Err(no_way(
-            "the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs EPSG:CODE"
-                .to_owned(),
-        ));
-    }
-    let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|cause| no_way(cause.to_string()))?;
-    let way = SampleTransform::to_grid(&own, place, samples).map_err(no_way)?;
+    let land = OnLand::new(path, summary.crs.as_ref(), place, samples)?;
     let mut found = Found::default();
-    let last = DVec2::from_array(samples.map(|count| f64::from(count) - 1.0));
     let on_land = |at: &[f64; 3]| {
-        let grid = DVec2::from_array(way.map(at[0], at[1]));
-        let is_inside = grid.cmpge(DVec2::ZERO).all() && grid.cmple(last).all();
-        is_inside.then(|| mapping.world_from_grid(grid.x, grid.y))
+        let grid = land.grid(at);
+        land.holds(grid).then(|| land.world_m(grid))
     };
     let read = features::read(path, &choice, &mut |feature| {
         if when.as_ref().is_none_or(|when| when.is_met(&feature.attributes)) {

@@ -7,6 +7,7 @@ use std::sync::atomic::Ordering;
 use glam::DVec2;
 use rustc_hash::FxHashSet;
 
+use crate::draped::{Draped, DrapedError};
 use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::forest::cover::{Cover, CoverError};
@@ -79,6 +80,9 @@ pub enum WorldError {
     /// A water file of the scene is invalid.
     #[error(transparent)]
     Water(#[from] GivenWaterError),
+    /// A file of features of the scene cannot be used.
+    #[error(transparent)]
+    Features(#[from] DrapedError),
     /// The sun cannot be computed for the scene's date.
     #[error(transparent)]
     SunTime(#[from] SunTimeError),
@@ -165,6 +169,7 @@ pub(crate) fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     let rasters = scene.forest.iter().flat_map(|forest| forest.cover.files());
     rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
     scene.water.files().for_each(|(_, path)| source::add_inputs(path, &mut inputs));
+    scene.features.iter().for_each(|file| inputs.add(&file.path));
     if scene.embedded.is_none() {
         let mut known: FxHashSet<&Path> = FxHashSet::default();
         let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
@@ -364,6 +369,8 @@ impl OpenWorld {
         world.surfaces.set_sea_level(world.scene.sea_level_m.map(|level_m| level_m * factor));
         let water = world.given_water().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_given_water(water.map(Arc::new));
+        let features = world.read_features().map_err(|error| WorldError::from(error).of(&world.scene))?;
+        world.surfaces.set_features(features);
         Ok(world)
     }
 
@@ -378,6 +385,7 @@ impl OpenWorld {
         }
         tree_models::read(scene, &Silent).map_err(|error| WorldError::TreeModel(error).of(scene))?;
         GivenWater::load(&scene.water, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
+        Draped::read(&scene.features, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
         for placement in &scene.meshes {
             let mesh = scene.read_mesh_with(&placement.file, &Silent);
             mesh.map_err(|error| WorldError::from(error).of(scene))?;
@@ -393,6 +401,13 @@ impl OpenWorld {
         let store = self.surfaces.terrain.store();
         let size = store.levels()[0];
         GivenWater::load(&self.scene.water, store.georeference(), [size.width, size.height])
+    }
+
+    /// Reads the scene's files of features.
+    fn read_features(&self) -> Result<Draped, DrapedError> {
+        let store = self.surfaces.terrain.store();
+        let size = store.levels()[0];
+        Draped::read(&self.scene.features, store.georeference(), [size.width, size.height])
     }
 
     /// Reads the rasters of the scene's forest, if it has any.

@@ -34,6 +34,8 @@ pub(super) struct SceneInfo {
     sea_level_m: Option<f64>,
     /// Files with additional water.
     water: Vec<PathBuf>,
+    /// Files of features.
+    features: Vec<PathBuf>,
     wind: Option<WindInfo>,
     meshes: Vec<MeshInfo>,
     forest: Option<ForestInfo>,
@@ -175,6 +177,7 @@ impl SceneInfo {
             vertical_exaggeration: scene.vertical_exaggeration,
             sea_level_m: scene.sea_level_m,
             water: scene.water.files().map(|(_, path)| path.clone()).collect(),
+            features: scene.features.iter().map(|file| file.path.clone()).collect(),
             wind: scene.wind.map(|Wind { speed_m_s, from_deg }| WindInfo { speed_m_s, from_deg }),
             meshes,
             forest: scene.forest.as_ref().map(ForestInfo::of),
@@ -192,10 +195,11 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     };
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
     let water = scene.water.files().map(|(_, path)| path);
+    let features = scene.features.iter().map(|file| &file.path);
     let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
     let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
     let mut missing: Vec<&PathBuf> =
-        heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).chain(water).collect();
+        heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).chain(water).chain(features).collect();
     // A file that may not be looked at is reported when it is opened.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();
@@ -353,11 +357,12 @@ impl SceneInfo {
         let sea = self.sea_level_m.map(|level_m| format!("sea       up to {level_m} m\n"));
         let focus = self.focus.as_ref().map(|focus| format!("focus     {focus}\n"));
         let water: String = self.water.iter().map(|path| format!("water     {}\n", named(path))).collect();
+        let features: String = self.features.iter().map(|path| format!("features  {}\n", named(path))).collect();
         let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
-             start     {}\nvertical  × {}\n{}{}{water}{}{meshes}{}{trees}",
+             start     {}\nvertical  × {}\n{}{}{water}{features}{}{meshes}{}{trees}",
             self.start.as_deref().unwrap_or("a view of the most prominent summit"),
             self.vertical_exaggeration,
             focus.unwrap_or_default(),

@@ -54,6 +54,9 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     all.world.exaggeration = all.world.exaggeration.or(more.exaggeration);
     all.world.light.haze = all.world.light.haze.or(more.haze);
     all.world.water.water = all.world.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
+    if all.world.layers.layer.is_empty() {
+        all.world.layers.layer = more.layers.iter().flatten().map(PathBuf::from).collect();
+    }
     let land = &mut all.world.land;
     // A seed is that of the picture's world.
     if args.world.name.is_none() {
@@ -213,6 +216,8 @@ fn parsed_or<T: FromStr<Err = String>>(
 /// Returns the part of a description that the options of a world determine.
 pub(crate) fn of_world(world: &WorldArgs) -> More {
     let voids = world.heights.voids.and_then(|voids| voids.to_possible_value());
+    let layers: Vec<String> =
+        world.layers.layer.iter().map(|path| path.to_string_lossy().into_owned()).collect();
     More {
         nodata: world.heights.nodata,
         voids: voids.map(|voids| voids.get_name().to_owned()),
@@ -224,6 +229,7 @@ pub(crate) fn of_world(world: &WorldArgs) -> More {
         focus: world.light.focus.map(|focus| focus.to_string()),
         haze: world.light.haze,
         water: world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned()),
+        layers: (!layers.is_empty()).then_some(layers),
         exaggeration: world.exaggeration,
         sea_level: world.land.sea_level.map(|level| level.to_string()),
         trees: world.land.trees.map(|trees| trees.to_string()),
@@ -315,6 +321,7 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
         like: like.clone(),
         world,
         water: water.cloned(),
+        layers: if args.world.layers.layer.is_empty() { all.world.layers.layer.clone() } else { Vec::new() },
         path: all.path.clone().filter(|_| args.path.is_none()),
         labels: all.labels.names.clone().filter(|_| args.labels.names.is_none()),
     };

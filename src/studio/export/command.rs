@@ -52,6 +52,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         frame,
         focus,
         water,
+        layers,
         tone_curve,
         // The window has none of the rest.
         show: _,
@@ -72,6 +73,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("seed", seed.map(|seed| seed.to_string()));
     add("focus", focus.clone());
     add("water", water.clone());
+    layers.iter().flatten().for_each(|file| add("layer", Some(file.clone())));
     add("encoding", encoding.clone());
     add("height-scale", number(*height_scale));
     add("height-offset", number(*height_offset));

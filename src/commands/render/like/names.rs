@@ -15,20 +15,22 @@ pub(in crate::commands::render) struct Names {
     pub(super) like: PathBuf,
     pub(super) world: Option<PathBuf>,
     pub(super) water: Option<PathBuf>,
+    pub(super) layers: Vec<PathBuf>,
     pub(super) path: Option<PathBuf>,
     pub(super) labels: Option<PathBuf>,
 }
 
 impl Names {
-    /// Replaces the error of a world that the imprint names, or of its water.
+    /// Replaces the error of a world that the imprint names, or of its water or layers.
     pub(in crate::commands::render) fn world<T, E: Into<anyhow::Error>>(
         &self,
         result: Result<T, E>,
     ) -> anyhow::Result<T> {
-        let named = |(what, file): (&str, &Option<PathBuf>)| Some(format!("its {what} {}", named(file.as_ref()?)));
-        let files: Vec<String> =
-            [("world", &self.world), ("water", &self.water)].into_iter().filter_map(named).collect();
-        self.hidden(result, &files.join(" or "), "as WORLD or by --water")
+        let world = self.world.iter().map(|file| ("world", file));
+        let others = self.water.iter().map(|file| ("water", file));
+        let layers = self.layers.iter().map(|file| ("layer", file));
+        let files = world.chain(others).chain(layers).map(|(what, file)| format!("its {what} {}", named(file)));
+        self.hidden(result, &files.collect::<Vec<_>>().join(" or "), "as WORLD, or by --water or --layer")
     }
 
     /// Replaces the error of a camera path that the imprint names.

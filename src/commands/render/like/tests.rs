@@ -39,6 +39,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("focus", Kept("--focus 1,2,300,0.5 -o a.png")),
     ("haze", Kept("--haze 2500 -o a.png")),
     ("water", Kept("--water lake.geojson -o a.png")),
+    ("layer", Kept("--layer a.gpx --layer b.gpkg -o a.png")),
     ("exaggeration", Kept("--exaggeration 2.5 -o a.png")),
     ("sea_level", Kept("--sea-level=-2.5 -o a.png")),
     ("trees", Kept("--trees 7 -o a.png")),
@@ -114,7 +115,7 @@ fn parsed(line: &str) -> RenderArgs {
 /// Returns the drawing that the arguments describe, as text. Without `..`, so that a new option is not forgotten.
 fn drawn(args: &RenderArgs) -> String {
     let RenderArgs {
-        world: WorldArgs { name, heights, light, water, land, exaggeration, trust_scene: _ },
+        world: WorldArgs { name, heights, light, water, layers, land, exaggeration, trust_scene: _ },
         output: _,
         like: _,
         // A quality is a style and options, which are there themselves.
@@ -160,7 +161,7 @@ fn drawn(args: &RenderArgs) -> String {
         json: _,
     } = args;
     let light = format!("{:?} {:?}", light.sun.unwrap_or_default(), (light.focus, light.haze));
-    let world = format!("{name:?} {heights:?} {light} {water:?} {land:?} {exaggeration:?}");
+    let world = format!("{name:?} {heights:?} {light} {water:?} {layers:?} {land:?} {exaggeration:?}");
     // The camera of frames is that of their path, and the similar one of a map is not used.
     let camera = camera.filter(|_| path.is_none() && map.is_none());
     let time_s = time_s.unwrap_or(0.0);

@@ -1,0 +1,41 @@
+//! Options of all commands that draw, for features that are drawn on the land.
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+
+use crate::file::message::named;
+use crate::scene::{FeatureFile, Scene};
+
+/// Which features are drawn on the land.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct LayerArgs {
+    /// Draw the points, lines and outlines of areas of this file on the land, with its layers in any reference system:
+    /// GeoJSON, GPX, CSV with coordinates, GeoPackage or FlatGeobuf; may be repeated, and adds to those of the scene; how
+    /// they look is `--set features.ink=#204080`, `features.line_px`, `features.when` and other values of that layer of
+    /// the style
+    #[arg(long, value_name = "FILE")]
+    pub layer: Vec<PathBuf>,
+}
+
+impl LayerArgs {
+    /// Checks that the files exist, so that the error comes before a world is opened.
+    ///
+    /// # Errors
+    /// Fails for the first file that does not exist.
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        // A file that may not be looked at is reported when it is opened.
+        match self.layer.iter().find(|file| !file.try_exists().unwrap_or(true)) {
+            Some(file) => bail!("{}: there is no such file", named(file)),
+            None => Ok(()),
+        }
+    }
+
+    /// Returns the scene with these features after its own.
+    #[must_use]
+    pub(crate) fn apply_to(&self, mut scene: Scene) -> Scene {
+        scene.features.extend(self.layer.iter().map(|path| FeatureFile { path: path.clone(), layer: None }));
+        scene
+    }
+}

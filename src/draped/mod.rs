@@ -1,0 +1,164 @@
+//! Features on the land: points, lines and outlines of areas of the files that a scene lists or `--layer` names.
+//!
+//! ```text
+//! features ─▶ read: lines on the land ─▶ tree: levels of detail ─▶ resident: blocks in view on the GPU ─▶ lines/draped
+//! ```
+//!
+//! Lines are kept as they are in the file, flat on the map. For each view, blocks of 64 points or fewer are chosen whose
+//! error is below a fraction of a pixel, and sent to the GPU, where they get their heights.
+//!
+//! Why: `docs/decisions/features.md`.
+
+mod read;
+mod resident;
+mod tree;
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::DVec2;
+
+pub(crate) use self::read::DrapedError;
+pub(crate) use self::resident::{Resident, ResidentBlocks};
+use self::tree::{LineTree, Sight};
+use crate::features::Attributes;
+use crate::features::when::When;
+use crate::scene::frustum::Bounds;
+use crate::scene::view::Rig;
+use crate::style::{FeatureKinds, Features};
+
+/// Largest error of a simplified line, in pixels.
+const ERROR_PX: f64 = 0.3;
+/// Number of rules whose results are kept.
+const KEPT_RULES: usize = 16;
+
+/// The features of a world.
+pub(crate) struct Draped {
+    tree: LineTree,
+    /// What each line and point of `tree` belongs to.
+    parts: Vec<Part>,
+    /// Names of files and layers, in lower case.
+    sources: Vec<Source>,
+    /// Which parts the layers of styles draw.
+    rules: Mutex<Vec<(Rule, Arc<[bool]>)>>,
+}
+
+/// A file of features, or a layer of one.
+struct Source {
+    file: String,
+    layer: String,
+}
+
+/// A line or a point of the tree.
+struct Part {
+    kind: PartKind,
+    /// Index into [`Draped::sources`].
+    source: u32,
+    attributes: Arc<Attributes>,
+}
+
+/// What a part is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum PartKind {
+    Point,
+    Line,
+    /// The outline of an area, or of a hole in one.
+    Ring,
+}
+
+/// Which parts a layer of a style draws.
+#[derive(Clone, Debug, PartialEq)]
+struct Rule {
+    file: String,
+    when: String,
+    of: FeatureKinds,
+}
+
+impl Rule {
+    fn of(layer: &Features) -> Self {
+        // Lines of no width are not drawn, and neither are points.
+        let of = match (layer.of, layer.line_px > 0.0, layer.point_px > 0.0) {
+            (FeatureKinds::All, false, _) => FeatureKinds::Points,
+            (of, ..) => of,
+        };
+        Self { file: layer.file.to_lowercase(), when: layer.when.clone(), of }
+    }
+
+    fn draws(&self, part: &Part, sources: &[Source], when: Option<&When>) -> bool {
+        let is_of_kind = match self.of {
+            FeatureKinds::All => true,
+            FeatureKinds::Points => part.kind == PartKind::Point,
+            FeatureKinds::Lines => part.kind == PartKind::Line,
+            FeatureKinds::Areas => part.kind == PartKind::Ring,
+        };
+        let source = sources.get(part.source as usize);
+        let is_named = |source: &Source| source.file == self.file || source.layer == self.file;
+        is_of_kind
+            && (self.file.is_empty() || source.is_some_and(is_named))
+            && when.is_none_or(|when| when.is_met(&part.attributes))
+    }
+}
+
+/// A block that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct DrawnBlock {
+    /// Index into the blocks of the tree.
+    pub index: u32,
+    /// East and north of the block's origin in the world, in metres.
+    pub origin_m: DVec2,
+}
+
+impl Draped {
+    /// Returns whether no feature is on the land.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.parts.is_empty()
+    }
+
+    /// Returns the names of files and layers, in lower case.
+    #[cfg(test)]
+    fn names(&self) -> Vec<(&str, &str)> {
+        self.sources.iter().map(|source| (source.file.as_str(), source.layer.as_str())).collect()
+    }
+
+    /// Returns which parts a layer of a style draws.
+    fn drawn_by(&self, rule: &Rule) -> Arc<[bool]> {
+        let mut rules = self.rules.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, drawn)) = rules.iter().find(|(known, _)| known == rule) {
+            return Arc::clone(drawn);
+        }
+        // A style with a mistake in a condition cannot be loaded.
+        let when = (!rule.when.is_empty()).then(|| When::parse(&rule.when).ok()).flatten();
+        let drawn: Arc<[bool]> =
+            self.parts.iter().map(|part| rule.draws(part, &self.sources, when.as_ref())).collect();
+        if rules.len() >= KEPT_RULES {
+            rules.remove(0);
+        }
+        rules.push((rule.clone(), Arc::clone(&drawn)));
+        drawn
+    }
+
+    /// Returns the blocks that a layer of a style draws in a view of land with heights `range_m`: at most `most`.
+    fn blocks_in_view(&self, layer: &Features, rig: &Rig, range_m: [f64; 2], most: usize) -> Vec<DrawnBlock> {
+        let drawn = self.drawn_by(&Rule::of(layer));
+        let bounds = |low: DVec2, high: DVec2, from: glam::DVec3| Bounds {
+            low_m: low.extend(range_m[0]) - from,
+            high_m: high.extend(range_m[1]) - from,
+        };
+        let eyes: Vec<_> = rig.eyes.iter().map(|eye| (eye.pose.position_m, eye.frustum(), eye.focal_px())).collect();
+        let is_seen = |low: DVec2, high: DVec2| {
+            eyes.iter().any(|(from, frustum, _)| frustum.may_see(&bounds(low, high, *from)))
+        };
+        let pixel_m = |low: DVec2, high: DVec2| {
+            let of_eye = |(from, _, focal_px): &(glam::DVec3, _, f64)| bounds(low, high, *from).distance_m() / focal_px;
+            eyes.iter().map(of_eye).fold(f64::INFINITY, f64::min)
+        };
+        let is_drawn = |part: u32| drawn.get(part as usize).copied().unwrap_or(false);
+        let sight = Sight { is_seen: &is_seen, pixel_m: &pixel_m, is_drawn: &is_drawn, error_px: ERROR_PX };
+        let mut chosen = Vec::new();
+        self.tree.choose(&sight, most, &mut chosen);
+        let blocks = self.tree.blocks();
+        let block = |index: &u32| {
+            blocks.get(*index as usize).map(|block| DrawnBlock { index: *index, origin_m: block.origin_m })
+        };
+        chosen.iter().filter_map(block).collect()
+    }
+}

@@ -1,0 +1,153 @@
+//! Reads files of features onto the land of a world.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use glam::DVec2;
+
+use super::tree::LineTree;
+use super::{Draped, Part, PartKind, Source};
+use crate::features::{self, Choice, Feature, FeatureError, Geometry, OnLand, OnLandError, Summary};
+use crate::file::message::named;
+use crate::scene::FeatureFile;
+use crate::source::georeference::Georeference;
+
+/// Largest number of positions on the land, and of lines and points, of all files.
+const MAX_POSITIONS: usize = 1 << 25;
+const MAX_PARTS: usize = 1 << 22;
+
+/// Why files of features cannot be drawn. One line that names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum DrapedError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Feature(#[from] FeatureError),
+    /// Its positions cannot be placed on the land.
+    #[error(transparent)]
+    OnLand(#[from] OnLandError),
+    /// There is no memory for so many.
+    #[error(
+        "{}: has more than {MAX_POSITIONS} positions or {MAX_PARTS} lines and points on the land, with the files before \
+         it; clip or simplify it, for example with ogr2ogr -simplify",
+        named(path)
+    )]
+    TooMany {
+        /// Path of the file.
+        path: PathBuf,
+    },
+}
+
+/// The parts that have been read.
+#[derive(Default)]
+struct Found {
+    lines: Vec<(u32, Vec<DVec2>)>,
+    parts: Vec<Part>,
+    sources: Vec<Source>,
+    positions: usize,
+}
+
+impl Draped {
+    /// Reads files for land with the georeference `place` and `samples` columns and rows. What cannot be drawn is
+    /// reported in the log.
+    ///
+    /// # Errors
+    /// The first file that cannot be read, or that cannot be placed on the land.
+    pub(crate) fn read(files: &[FeatureFile], place: &Georeference, samples: [u32; 2]) -> Result<Self, DrapedError> {
+        let mut found = Found::default();
+        for file in files {
+            let path = &file.path;
+            let before = found.parts.len();
+            let layers = match &file.layer {
+                Some(layer) => vec![Some(layer.clone())],
+                None => all_layers(path)?,
+            };
+            for layer in layers {
+                found.read(path, &Choice { layer }, place, samples)?;
+            }
+            if found.parts.len() == before {
+                tracing::warn!("{}: none of its features are on the land", named(path));
+            }
+        }
+        let Found { lines, parts, sources, .. } = found;
+        Ok(Self { tree: LineTree::new(lines), parts, sources, rules: Mutex::default() })
+    }
+}
+
+/// Returns the layers that are read from a file: all of them, where a format has several.
+fn all_layers(path: &Path) -> Result<Vec<Option<String>>, DrapedError> {
+    // A caller that takes no feature learns whether a layer has to be chosen.
+    match features::read(path, &Choice::default(), &mut |_| ControlFlow::Break(())) {
+        Ok(_) => Ok(vec![None]),
+        Err(error) if !error.layers().is_empty() => Ok(error.layers().iter().cloned().map(Some).collect()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+impl Found {
+    fn read(
+        &mut self,
+        path: &Path,
+        choice: &Choice,
+        place: &Georeference,
+        samples: [u32; 2],
+    ) -> Result<(), DrapedError> {
+        let summary = features::survey(path, choice)?;
+        let land = OnLand::new(path, summary.crs.as_ref(), place, samples)?;
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let first_source = self.sources.len() as u32;
+        let layers = summary.layers.iter().map(|layer| layer.name.to_lowercase());
+        self.sources.extend(layers.map(|layer| Source { file: stem.clone(), layer }));
+        let summary = features::read(path, choice, &mut |feature| {
+            self.add(feature, first_source, &land);
+            let is_full = self.positions > MAX_POSITIONS || self.parts.len() > MAX_PARTS;
+            if is_full { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })?;
+        if self.positions > MAX_POSITIONS || self.parts.len() > MAX_PARTS {
+            return Err(DrapedError::TooMany { path: path.to_owned() });
+        }
+        report(path, &summary);
+        Ok(())
+    }
+
+    fn add(&mut self, feature: Feature, first_source: u32, land: &OnLand) {
+        let source = first_source + feature.layer as u32;
+        let attributes = Arc::new(feature.attributes);
+        let mut add = |kind: PartKind, line: Vec<DVec2>| {
+            self.positions += line.len();
+            self.lines.push((self.parts.len() as u32, line));
+            self.parts.push(Part { kind, source, attributes: Arc::clone(&attributes) });
+        };
+        let in_world = |part: Vec<DVec2>| part.into_iter().map(|grid| land.world_m(grid)).collect();
+        match &feature.geometry {
+            Geometry::Points(points) => {
+                for grid in points.iter().map(|at| land.grid(at)).filter(|grid| land.holds(*grid)) {
+                    add(PartKind::Point, vec![land.world_m(grid)]);
+                }
+            }
+            Geometry::Lines(lines) => {
+                for part in lines.iter().flat_map(|line| land.clipped(line.iter().map(|at| land.grid(at)))) {
+                    add(PartKind::Line, in_world(part));
+                }
+            }
+            Geometry::Areas(areas) => {
+                let rings = areas.iter().flat_map(|area| std::iter::once(&area.outer).chain(&area.holes));
+                for ring in rings {
+                    let closed = ring.iter().chain(ring.first());
+                    for part in land.clipped(closed.map(|at| land.grid(at))) {
+                        add(PartKind::Ring, in_world(part));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Reports what a file has that could not be read.
+fn report(path: &Path, summary: &Summary) {
+    for skipped in &summary.skipped {
+        let (count, what) = (skipped.features + skipped.parts, summary.record_noun);
+        let (reason, first) = (&skipped.reason, skipped.first);
+        tracing::warn!("{}: left out {count} with {reason} (first: {what} {first})", named(path));
+    }
+}

@@ -1,0 +1,156 @@
+//! The blocks of features in view on the GPU: a buffer of slots, of which the least recently used one is reused.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use rustc_hash::FxHashMap;
+
+use super::tree::BLOCK_POINTS;
+use super::{Draped, DrawnBlock, PartKind};
+use crate::gpu::Gpu;
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::wgsl::lines::draped::pieces::DrapedPoint;
+use crate::scene::view::Rig;
+use crate::style::Features;
+
+/// Points of blocks.
+const POINTS: BufferKind = BufferKind::storage("draped points");
+/// Largest number of blocks of all layers in a view: 8 MB of points.
+const MOST_BLOCKS: usize = 1 << 13;
+/// Least number of slots.
+const LEAST_SLOTS: usize = 64;
+/// Bytes of a slot.
+const SLOT_BYTES: u64 = (BLOCK_POINTS * size_of::<DrapedPoint>()) as u64;
+
+/// The features of a world, with the blocks that are on the GPU.
+pub(crate) struct Resident {
+    draped: Arc<Draped>,
+    points: Option<Buffer>,
+    /// Slot of each block that is on the GPU.
+    slot_of: FxHashMap<u32, u32>,
+    slots: Vec<Slot>,
+    /// Number of views that have been followed.
+    views: u64,
+    /// What each layer of the last view's style draws.
+    layers: Vec<Vec<BlockInView>>,
+}
+
+/// A place for a block.
+#[derive(Clone, Copy)]
+struct Slot {
+    block: Option<u32>,
+    /// The last view that drew the block.
+    used_in: u64,
+}
+
+/// A block in view, with its place on the GPU.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BlockInView {
+    /// East and north of the block's origin in the world, in metres.
+    pub origin_m: DVec2,
+    /// Index of its first point.
+    pub first: u32,
+    /// Number of its points.
+    pub count: u32,
+}
+
+/// What a layer draws.
+pub(crate) struct ResidentBlocks<'a> {
+    pub blocks: &'a [BlockInView],
+    pub points: &'a Buffer,
+}
+
+impl Resident {
+    pub(crate) fn new(draped: Arc<Draped>) -> Self {
+        Self {
+            draped,
+            points: None,
+            slot_of: FxHashMap::default(),
+            slots: Vec::new(),
+            views: 0,
+            layers: Vec::new(),
+        }
+    }
+
+    /// Sends the blocks to the GPU that layers of a style draw in a view of land with heights `range_m`.
+    pub(crate) fn follow(&mut self, gpu: &Gpu, layers: &[&Features], rig: &Rig, range_m: [f64; 2]) {
+        self.views += 1;
+        let most = MOST_BLOCKS / layers.len().max(1);
+        let chosen: Vec<Vec<DrawnBlock>> =
+            layers.iter().map(|layer| self.draped.blocks_in_view(layer, rig, range_m, most)).collect();
+        let needed: usize = chosen.iter().map(Vec::len).sum();
+        if needed > self.slots.len() {
+            let count = needed.next_power_of_two().clamp(LEAST_SLOTS, MOST_BLOCKS);
+            self.points = Some(Buffer::new(gpu, &POINTS, count as u64 * SLOT_BYTES));
+            self.slots = vec![Slot { block: None, used_in: 0 }; count];
+            self.slot_of.clear();
+        }
+        let mut missing: Vec<u32> = Vec::new();
+        for block in chosen.iter().flatten() {
+            match self.slot_of.get(&block.index).and_then(|slot| self.slots.get_mut(*slot as usize)) {
+                Some(slot) => slot.used_in = self.views,
+                None => missing.push(block.index),
+            }
+        }
+        missing.sort_unstable();
+        missing.dedup();
+        self.send(gpu, &missing);
+        let (tree, slot_of) = (&self.draped.tree, &self.slot_of);
+        let placed = |block: &DrawnBlock| {
+            let slot = *slot_of.get(&block.index)?;
+            let count = tree.points(tree.blocks().get(block.index as usize)?).len() as u32;
+            Some(BlockInView { origin_m: block.origin_m, first: slot * BLOCK_POINTS as u32, count })
+        };
+        self.layers = chosen.iter().map(|blocks| blocks.iter().filter_map(placed).collect()).collect();
+    }
+
+    /// Sends blocks into the slots that have not been used for longest.
+    fn send(&mut self, gpu: &Gpu, missing: &[u32]) {
+        let mut free: Vec<u32> = (0..self.slots.len() as u32).collect();
+        free.retain(|slot| self.slots[*slot as usize].used_in < self.views);
+        free.sort_by_key(|slot| (self.slots[*slot as usize].used_in, *slot));
+        free.truncate(missing.len());
+        // Neighbouring slots are written together.
+        free.sort_unstable();
+        let mut run: Vec<DrapedPoint> = Vec::new();
+        let mut first = 0;
+        for (block, slot) in missing.iter().zip(free) {
+            if !run.is_empty() && first as usize + run.len() / BLOCK_POINTS != slot as usize {
+                self.write(gpu, first, &run);
+                run.clear();
+            }
+            if run.is_empty() {
+                first = slot;
+            }
+            run.extend(self.points_of(*block));
+            run.resize(run.len().next_multiple_of(BLOCK_POINTS), DrapedPoint::default());
+            if let Some(evicted) = self.slots[slot as usize].block.replace(*block) {
+                self.slot_of.remove(&evicted);
+            }
+            self.slots[slot as usize].used_in = self.views;
+            self.slot_of.insert(*block, slot);
+        }
+        self.write(gpu, first, &run);
+    }
+
+    fn write(&self, gpu: &Gpu, first: u32, run: &[DrapedPoint]) {
+        if let Some(points) = self.points.as_ref().filter(|_| !run.is_empty()) {
+            gpu.queue.write_buffer(&points.raw, u64::from(first) * SLOT_BYTES, bytemuck::cast_slice(run));
+        }
+    }
+
+    fn points_of(&self, block: u32) -> impl Iterator<Item = DrapedPoint> {
+        let tree = &self.draped.tree;
+        let block = tree.blocks().get(block as usize);
+        let part = block.and_then(|block| self.draped.parts.get(block.feature as usize));
+        let is_dot = u32::from(part.is_some_and(|part| part.kind == PartKind::Point));
+        let points = block.map_or(&[][..], |block| tree.points(block));
+        points.iter().map(move |point| DrapedPoint { at_m: point.at_m, along_m: point.along_m, is_dot })
+    }
+
+    /// Returns what a layer of the last view's style draws. `number` is that of the layer among those of its kind.
+    pub(crate) fn layer(&self, number: usize) -> Option<ResidentBlocks<'_>> {
+        let blocks = self.layers.get(number).filter(|blocks| !blocks.is_empty())?;
+        Some(ResidentBlocks { blocks, points: self.points.as_ref()? })
+    }
+}

@@ -1,0 +1,128 @@
+//! Places positions of a file on the land of a world.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec2;
+
+use super::model::Position;
+use super::summary::Crs as FileCrs;
+use crate::file::message::{named, printable};
+use crate::source::georeference::{Crs, Georeference};
+use crate::source::mosaic::SampleTransform;
+use crate::source::{GeoreferenceError, WorldMapping};
+
+/// Why the positions of a file cannot be placed on the land. One line that names the file.
+#[derive(Debug, thiserror::Error)]
+pub enum OnLandError {
+    /// The reference system is unknown.
+    #[error("{}: {cause}, for example with ogr2ogr -t_srs EPSG:4326 OUT.gpkg IN", named(path))]
+    Crs {
+        path: PathBuf,
+        /// The defect of the reference system.
+        cause: GeoreferenceError,
+    },
+    /// There is no way from its coordinates to those of the land.
+    #[error("{}: its positions cannot be placed on the land: {cause}", named(path))]
+    NoWay {
+        path: PathBuf,
+        /// The reason, as a clause.
+        cause: String,
+    },
+}
+
+/// The way from the coordinates of a file to the land.
+pub(crate) struct OnLand {
+    way: SampleTransform,
+    mapping: WorldMapping,
+    /// Column and row of the last sample.
+    last: DVec2,
+}
+
+impl OnLand {
+    /// Finds the way from coordinates in the reference system `crs` to land with the georeference `place` and `samples`
+    /// columns and rows. Coordinates without a reference system are in that of the land.
+    ///
+    /// # Errors
+    /// The reference system is unknown, or the land has none.
+    pub(crate) fn new(
+        path: &Path,
+        crs: Option<&FileCrs>,
+        place: &Georeference,
+        samples: [u32; 2],
+    ) -> Result<Self, OnLandError> {
+        let own = match crs {
+            Some(crs) => Georeference::of_text(&crs.text, &named(path)),
+            None => Ok(Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..place.clone() }),
+        };
+        let own = own.map_err(|cause| OnLandError::Crs { path: path.to_owned(), cause })?;
+        let no_way = |cause: &str| OnLandError::NoWay { path: path.to_owned(), cause: printable(cause, 120) };
+        if place.crs == Crs::Local {
+            return Err(no_way(
+                "the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs \
+                 EPSG:CODE",
+            ));
+        }
+        let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|cause| no_way(&cause.to_string()))?;
+        let way = SampleTransform::to_grid(&own, place, samples).map_err(|cause| no_way(&cause))?;
+        Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
+    }
+
+    /// Returns the column and the row of a position, which may be outside of the land.
+    pub(crate) fn grid(&self, at: &Position) -> DVec2 {
+        DVec2::from_array(self.way.map(at[0], at[1]))
+    }
+
+    /// Returns the place in the world of a column and a row, east and north in metres.
+    pub(crate) fn world_m(&self, grid: DVec2) -> DVec2 {
+        self.mapping.world_from_grid(grid.x, grid.y)
+    }
+
+    /// Returns whether a column and a row are on the land.
+    pub(crate) fn holds(&self, grid: DVec2) -> bool {
+        grid.cmpge(DVec2::ZERO).all() && grid.cmple(self.last).all()
+    }
+
+    /// Returns the parts of a line on the grid that are on the land.
+    pub(crate) fn clipped(&self, line: impl IntoIterator<Item = DVec2>) -> Vec<Vec<DVec2>> {
+        let mut parts: Vec<Vec<DVec2>> = Vec::new();
+        let mut before: Option<DVec2> = None;
+        let mut is_open = false;
+        for at in line {
+            let segment = before.replace(at).filter(|_| at.is_finite()).and_then(|from| self.inside(from, at));
+            let Some([from, to]) = segment else {
+                is_open = false;
+                continue;
+            };
+            match parts.last_mut().filter(|part| is_open && part.last() == Some(&from)) {
+                Some(part) => part.push(to),
+                None => parts.push(vec![from, to]),
+            }
+            is_open = to == at;
+        }
+        parts
+    }
+
+    /// Returns the part of a segment that is on the land (Liang and Barsky 1984, "A New Concept and Method for Line
+    /// Clipping").
+    fn inside(&self, from: DVec2, to: DVec2) -> Option<[DVec2; 2]> {
+        if !from.is_finite() || !to.is_finite() {
+            return None;
+        }
+        let way = to - from;
+        let (mut begin, mut end) = (0.0_f64, 1.0_f64);
+        for (step, room) in [(-way.x, from.x), (way.x, self.last.x - from.x), (-way.y, from.y), (way.y, self.last.y - from.y)]
+        {
+            if step == 0.0 {
+                if room < 0.0 {
+                    return None;
+                }
+            } else if step < 0.0 {
+                begin = begin.max(room / step);
+            } else {
+                end = end.min(room / step);
+            }
+        }
+        let at = |part: f64| if part <= 0.0 { from } else if part >= 1.0 { to } else { from + way * part };
+        (begin <= end).then(|| [at(begin), at(end)])
+    }
+}

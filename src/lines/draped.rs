@@ -1,0 +1,121 @@
+//! Draws points, lines and outlines of features on the land. See `shaders/lines/draped/`.
+//!
+//! Why: `docs/decisions/features.md`.
+
+use glam::DVec3;
+
+use crate::draped::ResidentBlocks;
+use crate::gpu::bind::{Named, Resource};
+use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::pipelines::{Draw, greatest};
+use crate::gpu::recorder::{Attachments, Clears, Recorder};
+use crate::gpu::target::{Group, Target, TargetKind};
+use crate::gpu::wgsl::lines::draped::pieces::DrapedBlock;
+use crate::gpu::wgsl::shared::draped::DrapedRules;
+use crate::style::Features;
+
+/// 16 bits because it is blended, which not every GPU supports for 32-bit floats.
+const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
+
+/// Amount of ink: 0 none, 1 full.
+pub(crate) const FEATURE_INK: TargetKind =
+    TargetKind::attachment("feature ink", INK_FORMAT, Group::Ink.shows("Ink of points, lines and areas of files"));
+
+const STRIPS: Draw =
+    Draw { colors: [greatest(INK_FORMAT), None, None, None, None], ..Draw::triangles("lines/draped/draw") };
+const CUT: &str = "lines/draped/pieces";
+
+/// Blocks of lines in view.
+const BLOCKS: BufferKind = BufferKind::storage("draped blocks");
+/// Pieces of lines on the picture.
+const PIECES: BufferKind = BufferKind::storage("draped pieces");
+/// Arguments of the draw.
+const DRAWN: BufferKind = BufferKind::indirect("draped draw");
+/// Bytes of a piece.
+const PIECE_BYTES: u64 = 32;
+/// Number of pieces for which there is room: for each block, and the limits for all of them. The upper one is 2.6
+/// million pixels of lines, 32 MB.
+const PIECES_OF_BLOCK: u32 = 1 << 12;
+const LEAST_PIECES: u32 = 1 << 16;
+const MOST_PIECES: u32 = 1 << 20;
+
+/// Inputs and output of the passes.
+pub(crate) struct Inputs<'a> {
+    pub view: &'a Resource,
+    /// The terrain with its heights.
+    pub terrain: &'a [Named],
+    pub style: &'a Features,
+    /// `None` if nothing is in view.
+    pub blocks: Option<ResidentBlocks<'a>>,
+    /// The rig's origin in the world.
+    pub origin_m: DVec3,
+    /// Distance between the samples of the land, in metres.
+    pub sample_m: f64,
+    pub distance: &'a Target,
+    pub normal: &'a Target,
+    /// [`FEATURE_INK`].
+    pub ink: &'a Target,
+}
+
+/// Draws the features on a cleared target.
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+    let on = Attachments { colors: &[inputs.ink], depth: None, clears: Clears::All };
+    if inputs.blocks.is_none() && !recorder.prewarms() {
+        recorder.render(STRIPS.name, &[], on, |_| {});
+        return;
+    }
+    let blocks = blocks(inputs);
+    let count = blocks.len() as u32;
+    let capacity = count.saturating_mul(PIECES_OF_BLOCK).clamp(LEAST_PIECES, MOST_PIECES);
+    let style = inputs.style;
+    let rules = DrapedRules {
+        capacity,
+        line_px: style.line_px,
+        point_px: style.point_px,
+        dash_px: style.dash_px,
+        gap_px: style.gap_px,
+        sample_m: inputs.sample_m as f32,
+        pad_a: 0.0,
+        pad_b: 0.0,
+    };
+    let rules = recorder.uniform("draped rules", &rules);
+    let pieces = recorder.buffer(&PIECES, u64::from(capacity) * PIECE_BYTES).slice(0, u64::from(capacity) * PIECE_BYTES);
+    let drawn = recorder.buffer(&DRAWN, 16);
+    recorder.reset(&drawn, &[6_u32, 0, 0, 0]);
+    let blocks = recorder.upload(&BLOCKS, &blocks);
+    let points = inputs.blocks.as_ref().map_or_else(|| blocks.clone(), |blocks| Buffer::clone(blocks.points));
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("rules", rules.clone()),
+        ("blocks", blocks.binding()),
+        ("points", points.binding()),
+        ("pieces", pieces.binding()),
+        ("drawn", drawn.binding()),
+    ];
+    resources.extend_from_slice(inputs.terrain);
+    recorder.groups(CUT, [count, 1], &resources);
+    let resources = [
+        ("view", inputs.view.clone()),
+        ("rules", rules),
+        ("pieces", pieces.binding()),
+        ("distance_m", inputs.distance.into()),
+        ("normal", inputs.normal.into()),
+    ];
+    let drawing = recorder.drawing(&STRIPS, &resources);
+    recorder.render(STRIPS.name, &[&drawing], on, |pass| {
+        drawing.set(pass);
+        pass.draw_indirect(&drawn.raw, 0);
+    });
+}
+
+/// Returns the blocks relative to the rig; one without points if there are none.
+fn blocks(inputs: &Inputs<'_>) -> Vec<DrapedBlock> {
+    let in_view = inputs.blocks.as_ref().map_or(&[][..], |blocks| blocks.blocks);
+    let placed = in_view.iter().map(|block| DrapedBlock {
+        origin_m: (block.origin_m - inputs.origin_m.truncate()).as_vec2().to_array(),
+        first: block.first,
+        count: block.count,
+    });
+    let placed: Vec<_> = placed.collect();
+    if placed.is_empty() { vec![DrapedBlock { origin_m: [0.0; 2], first: 0, count: 0 }] } else { placed }
+}
