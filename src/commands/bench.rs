@@ -72,7 +72,7 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 const IS_OWN: [fn(&Path) -> bool; 3] = [is_frames_csv, is_page, Report::is_report];
 
 /// Options that the parts of a suite have, and the suite has not.
-const PARTS_ONLY: [&str; 34] = [
+const PARTS_ONLY: [&str; 35] = [
     "antialias",
     "budget",
     "compare",
@@ -83,6 +83,7 @@ const PARTS_ONLY: [&str; 34] = [
     "eyes",
     "focus",
     "fronts",
+    "graticule",
     "haze",
     "height_offset",
     "height_scale",

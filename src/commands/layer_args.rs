@@ -1,12 +1,13 @@
-//! Options of all commands that draw, for features that are drawn on the land.
+//! Options of all commands that draw, for features and lines of coordinates on the land.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use anyhow::bail;
 use clap::Args;
 
 use crate::file::message::named;
-use crate::scene::{FeatureFile, Scene};
+use crate::scene::{FeatureFile, Graticule, Scene};
 
 /// Which features are drawn on the land.
 #[derive(Clone, Debug, Default, Args)]
@@ -17,6 +18,10 @@ pub(crate) struct LayerArgs {
     /// the style
     #[arg(long, value_name = "FILE")]
     pub layer: Vec<PathBuf>,
+    /// Draw meridians and parallels on the land, this far apart in degrees (0.1, 6' or 30"), or the lines of the grid of
+    /// the heights' projection (1000m or 1km)
+    #[arg(long, value_name = "STEP", value_parser = Graticule::from_str)]
+    pub graticule: Option<Graticule>,
 }
 
 impl LayerArgs {
@@ -32,9 +37,10 @@ impl LayerArgs {
         }
     }
 
-    /// Returns the scene with these features after its own.
+    /// Returns the scene with these features after its own, and with this graticule instead of its own.
     #[must_use]
     pub(crate) fn apply_to(&self, mut scene: Scene) -> Scene {
+        scene.graticule = self.graticule.or(scene.graticule);
         scene.features.extend(self.layer.iter().map(|path| FeatureFile { path: path.clone(), layer: None }));
         scene
     }

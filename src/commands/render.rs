@@ -366,8 +366,8 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     // Read the world before the GPU is opened: its errors can be reported without one.
     let scene = liked.names.world(args.world.scene());
     let style = match &scene {
-        Ok(scene) if !scene.features.is_empty() => style.with_features(),
-        _ => style,
+        Ok(scene) => style.with_features([!scene.features.is_empty(), scene.graticule.is_some()]),
+        Err(_) => style,
     };
     let of_view = if args.map.is_some() { style.clone().on_map()? } else { style.clone() };
     let (style, as_written) = (of_view.scaled(args.px_per_style_px()), style);

@@ -9,6 +9,7 @@
 //!
 //! Why: `docs/decisions/features.md`.
 
+mod graticule;
 mod read;
 mod resident;
 mod tree;
@@ -24,6 +25,7 @@ use crate::features::Attributes;
 use crate::features::when::When;
 use crate::scene::frustum::Bounds;
 use crate::scene::view::Rig;
+use crate::style::layers::GRATICULE;
 use crate::style::{FeatureKinds, Features};
 
 /// Largest error of a simplified line, in pixels.
@@ -91,10 +93,12 @@ impl Rule {
             FeatureKinds::Areas => part.kind == PartKind::Ring,
         };
         let source = sources.get(part.source as usize);
-        let is_named = |source: &Source| source.file == self.file || source.layer == self.file;
-        is_of_kind
-            && (self.file.is_empty() || source.is_some_and(is_named))
-            && when.is_none_or(|when| when.is_met(&part.attributes))
+        // A graticule is drawn only by a layer that names it.
+        let is_named = |source: &Source| match self.file.as_str() {
+            "" => source.file != GRATICULE,
+            name => source.file == name || source.layer == name,
+        };
+        is_of_kind && source.is_some_and(is_named) && when.is_none_or(|when| when.is_met(&part.attributes))
     }
 }
 
@@ -113,10 +117,10 @@ impl Draped {
         self.parts.is_empty()
     }
 
-    /// Returns the names of files and layers, in lower case.
-    #[cfg(test)]
-    fn names(&self) -> Vec<(&str, &str)> {
-        self.sources.iter().map(|source| (source.file.as_str(), source.layer.as_str())).collect()
+    /// Returns whether there are features of files, and whether there is a graticule.
+    pub(crate) fn has_features_and_graticule(&self) -> [bool; 2] {
+        let is_graticule = |source: &Source| source.file == GRATICULE;
+        [self.sources.iter().any(|source| !is_graticule(source)), self.sources.iter().any(is_graticule)]
     }
 
     /// Returns which parts a layer of a style draws.
@@ -127,8 +131,7 @@ impl Draped {
         }
         // A style with a mistake in a condition cannot be loaded.
         let when = (!rule.when.is_empty()).then(|| When::parse(&rule.when).ok()).flatten();
-        let drawn: Arc<[bool]> =
-            self.parts.iter().map(|part| rule.draws(part, &self.sources, when.as_ref())).collect();
+        let drawn: Arc<[bool]> = self.parts.iter().map(|part| rule.draws(part, &self.sources, when.as_ref())).collect();
         if rules.len() >= KEPT_RULES {
             rules.remove(0);
         }
@@ -144,9 +147,8 @@ impl Draped {
             high_m: high.extend(range_m[1]) - from,
         };
         let eyes: Vec<_> = rig.eyes.iter().map(|eye| (eye.pose.position_m, eye.frustum(), eye.focal_px())).collect();
-        let is_seen = |low: DVec2, high: DVec2| {
-            eyes.iter().any(|(from, frustum, _)| frustum.may_see(&bounds(low, high, *from)))
-        };
+        let is_seen =
+            |low: DVec2, high: DVec2| eyes.iter().any(|(from, frustum, _)| frustum.may_see(&bounds(low, high, *from)));
         let pixel_m = |low: DVec2, high: DVec2| {
             let of_eye = |(from, _, focal_px): &(glam::DVec3, _, f64)| bounds(low, high, *from).distance_m() / focal_px;
             eyes.iter().map(of_eye).fold(f64::INFINITY, f64::min)

@@ -6,12 +6,14 @@ use std::sync::{Arc, Mutex};
 
 use glam::DVec2;
 
+use super::graticule::{self, GridLine};
 use super::tree::LineTree;
 use super::{Draped, Part, PartKind, Source};
-use crate::features::{self, Choice, Feature, FeatureError, Geometry, OnLand, OnLandError, Summary};
+use crate::features::{self, Attributes, Choice, Feature, FeatureError, Geometry, OnLand, OnLandError, Summary, Value};
 use crate::file::message::named;
-use crate::scene::FeatureFile;
+use crate::scene::{FeatureFile, Graticule};
 use crate::source::georeference::Georeference;
+use crate::style::layers::GRATICULE;
 
 /// Largest number of positions on the land, and of lines and points, of all files.
 const MAX_POSITIONS: usize = 1 << 25;
@@ -26,6 +28,14 @@ pub enum DrapedError {
     /// Its positions cannot be placed on the land.
     #[error(transparent)]
     OnLand(#[from] OnLandError),
+    /// The land has no such graticule.
+    #[error("--graticule {graticule}: {cause}")]
+    Graticule {
+        /// The distance of its lines.
+        graticule: Graticule,
+        /// The reason, as a clause.
+        cause: String,
+    },
     /// There is no memory for so many.
     #[error(
         "{}: has more than {MAX_POSITIONS} positions or {MAX_PARTS} lines and points on the land, with the files before \
@@ -53,7 +63,12 @@ impl Draped {
     ///
     /// # Errors
     /// The first file that cannot be read, or that cannot be placed on the land.
-    pub(crate) fn read(files: &[FeatureFile], place: &Georeference, samples: [u32; 2]) -> Result<Self, DrapedError> {
+    pub(crate) fn read(
+        files: &[FeatureFile],
+        graticule: Option<Graticule>,
+        place: &Georeference,
+        samples: [u32; 2],
+    ) -> Result<Self, DrapedError> {
         let mut found = Found::default();
         for file in files {
             let path = &file.path;
@@ -68,6 +83,9 @@ impl Draped {
             if found.parts.len() == before {
                 tracing::warn!("{}: none of its features are on the land", named(path));
             }
+        }
+        if let Some(graticule) = graticule {
+            found.rule(graticule, place, samples).map_err(|cause| DrapedError::Graticule { graticule, cause })?;
         }
         let Found { lines, parts, sources, .. } = found;
         Ok(Self { tree: LineTree::new(lines), parts, sources, rules: Mutex::default() })
@@ -107,6 +125,26 @@ impl Found {
             return Err(DrapedError::TooMany { path: path.to_owned() });
         }
         report(path, &summary);
+        Ok(())
+    }
+
+    /// Adds the lines of a graticule.
+    fn rule(&mut self, graticule: Graticule, place: &Georeference, samples: [u32; 2]) -> Result<(), String> {
+        let ruled = graticule::lines(graticule, place, samples)?;
+        let land = OnLand::of_land(place, samples)?;
+        let source = self.sources.len() as u32;
+        self.sources.push(Source { file: GRATICULE.to_owned(), layer: GRATICULE.to_owned() });
+        let names: [Arc<str>; 2] = ["kind".into(), "value".into()];
+        for GridLine { kind, value, line } in ruled {
+            let mut attributes = Attributes::default();
+            attributes.push(Arc::clone(&names[0]), Value::Text(kind.to_owned()));
+            attributes.push(Arc::clone(&names[1]), Value::Number(value));
+            let attributes = Arc::new(attributes);
+            for part in land.clipped(line) {
+                self.lines.push((self.parts.len() as u32, part.into_iter().map(|grid| land.world_m(grid)).collect()));
+                self.parts.push(Part { kind: PartKind::Line, source, attributes: Arc::clone(&attributes) });
+            }
+        }
         Ok(())
     }
 

@@ -62,14 +62,12 @@ pub(crate) struct ResidentBlocks<'a> {
 
 impl Resident {
     pub(crate) fn new(draped: Arc<Draped>) -> Self {
-        Self {
-            draped,
-            points: None,
-            slot_of: FxHashMap::default(),
-            slots: Vec::new(),
-            views: 0,
-            layers: Vec::new(),
-        }
+        Self { draped, points: None, slot_of: FxHashMap::default(), slots: Vec::new(), views: 0, layers: Vec::new() }
+    }
+
+    /// Returns whether there are features of files, and whether there is a graticule.
+    pub(crate) fn has_features_and_graticule(&self) -> [bool; 2] {
+        self.draped.has_features_and_graticule()
     }
 
     /// Sends the blocks to the GPU that layers of a style draw in a view of land with heights `range_m`.

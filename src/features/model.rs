@@ -17,7 +17,10 @@ pub(crate) struct Feature {
     pub attributes: Attributes,
     /// Index into [`Summary::layers`](super::Summary::layers).
     pub layer: usize,
-    #[cfg_attr(not(test), expect(dead_code, reason = "what is left out is counted, and its first record named, in the summary"))]
+    #[cfg_attr(
+        not(test),
+        expect(dead_code, reason = "what is left out is counted, and its first record named, in the summary")
+    )]
     /// Number in the file, for messages: see [`Summary::record_noun`](super::Summary::record_noun).
     pub record: u64,
 }
@@ -154,7 +157,7 @@ impl Attributes {
     }
 
     /// Adds an attribute.
-    pub(super) fn push(&mut self, name: Arc<str>, value: Value) {
+    pub(crate) fn push(&mut self, name: Arc<str>, value: Value) {
         self.0.push((name, value));
     }
 

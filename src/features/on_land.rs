@@ -40,10 +40,10 @@ pub(crate) struct OnLand {
 
 impl OnLand {
     /// Finds the way from coordinates in the reference system `crs` to land with the georeference `place` and `samples`
-    /// columns and rows. Coordinates without a reference system are in that of the land.
+    /// columns and rows. Coordinates without a reference system are those of the land, even if that has none.
     ///
     /// # Errors
-    /// The reference system is unknown, or the land has none.
+    /// The reference system is unknown, or only the land has none.
     pub(crate) fn new(
         path: &Path,
         crs: Option<&FileCrs>,
@@ -56,7 +56,7 @@ impl OnLand {
         };
         let own = own.map_err(|cause| OnLandError::Crs { path: path.to_owned(), cause })?;
         let no_way = |cause: &str| OnLandError::NoWay { path: path.to_owned(), cause: printable(cause, 120) };
-        if place.crs == Crs::Local {
+        if place.crs == Crs::Local && crs.is_some() {
             return Err(no_way(
                 "the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs \
                  EPSG:CODE",
@@ -64,6 +64,27 @@ impl OnLand {
         }
         let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|cause| no_way(&cause.to_string()))?;
         let way = SampleTransform::to_grid(&own, place, samples).map_err(|cause| no_way(&cause))?;
+        Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
+    }
+
+    /// Finds the way from columns and rows of the land itself.
+    ///
+    /// # Errors
+    /// Returns why there is none, as a clause.
+    pub(crate) fn of_land(place: &Georeference, samples: [u32; 2]) -> Result<Self, String> {
+        let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|error| error.to_string())?;
+        let way = SampleTransform::to_grid(place, place, samples)?;
+        Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
+    }
+
+    /// Finds the way from longitudes and latitudes in degrees on WGS 84.
+    ///
+    /// # Errors
+    /// Returns why there is none, as a clause.
+    pub(crate) fn of_degrees(place: &Georeference, samples: [u32; 2]) -> Result<Self, String> {
+        let own = Georeference::of_coordinates(None).map_err(|error| error.to_string())?;
+        let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|error| error.to_string())?;
+        let way = SampleTransform::to_grid(&own, place, samples)?;
         Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
     }
 
@@ -110,7 +131,8 @@ impl OnLand {
         }
         let way = to - from;
         let (mut begin, mut end) = (0.0_f64, 1.0_f64);
-        for (step, room) in [(-way.x, from.x), (way.x, self.last.x - from.x), (-way.y, from.y), (way.y, self.last.y - from.y)]
+        for (step, room) in
+            [(-way.x, from.x), (way.x, self.last.x - from.x), (-way.y, from.y), (way.y, self.last.y - from.y)]
         {
             if step == 0.0 {
                 if room < 0.0 {
@@ -122,7 +144,15 @@ impl OnLand {
                 end = end.min(room / step);
             }
         }
-        let at = |part: f64| if part <= 0.0 { from } else if part >= 1.0 { to } else { from + way * part };
+        let at = |part: f64| {
+            if part <= 0.0 {
+                from
+            } else if part >= 1.0 {
+                to
+            } else {
+                from + way * part
+            }
+        };
         (begin <= end).then(|| [at(begin), at(end)])
     }
 }

@@ -2,6 +2,7 @@
 
 mod with_panel;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -282,7 +283,11 @@ impl Flight {
         traveller.advance(hand_input, eyes, step_s, |at| terrain.height_at_hand_m(at).unwrap_or(lowest_m));
         let now_s = (time.as_nanos() - self.first_at.get_or_insert(time).as_nanos()) as f64 * 1e-9;
         let before_s = self.before.as_ref().map_or(now_s, |before| before.clock().now_s);
-        let chosen = self.styles.style();
+        let mut chosen = Cow::Borrowed(self.styles.style());
+        if world.surfaces.features().is_some() {
+            chosen = Cow::Owned(chosen.into_owned().with_features(world.surfaces.has_features_and_graticule()));
+        }
+        let chosen = &*chosen;
         self.ladder.follow(&chosen.name, self.quality);
         let setting = self.ladder.setting().cloned().unwrap_or_default();
         let scale = setting.scale.unwrap_or(1.0).min(1.0);

@@ -79,7 +79,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         pad_b: 0.0,
     };
     let rules = recorder.uniform("draped rules", &rules);
-    let pieces = recorder.buffer(&PIECES, u64::from(capacity) * PIECE_BYTES).slice(0, u64::from(capacity) * PIECE_BYTES);
+    let pieces =
+        recorder.buffer(&PIECES, u64::from(capacity) * PIECE_BYTES).slice(0, u64::from(capacity) * PIECE_BYTES);
     let drawn = recorder.buffer(&DRAWN, 16);
     recorder.reset(&drawn, &[6_u32, 0, 0, 0]);
     let blocks = recorder.upload(&BLOCKS, &blocks);

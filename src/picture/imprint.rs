@@ -155,6 +155,8 @@ pub struct More {
     pub water: Option<String>,
     /// Files of `--layer`.
     pub layers: Option<Vec<String>>,
+    /// Value of `--graticule`.
+    pub graticule: Option<String>,
     /// Value of `--show`.
     pub show: Option<String>,
     /// Paper of an SVG.
@@ -184,7 +186,7 @@ impl More {
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
     /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`;
-    /// 12 `layers`.
+    /// 12 `layers` and `graticule`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -199,7 +201,7 @@ impl More {
         const TITLED: u32 = 10;
         const NAMED: u32 = 11;
         match self {
-            _ if self.layers.is_some() => VERSION,
+            _ if self.layers.is_some() || self.graticule.is_some() => VERSION,
             _ if self.peaks.is_some() || self.names.is_some() => NAMED,
             _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => TITLED,
             _ if self.frame.is_some() => FRAMED,
@@ -266,6 +268,7 @@ impl More {
             focus: _,
             water: _,
             layers: _,
+            graticule: _,
             show: _,
             paper: _,
             path: _,

@@ -31,7 +31,7 @@ use std::str::FromStr;
 
 use camera::Camera;
 pub use earth::Earth;
-pub use feature_files::FeatureFile;
+pub use feature_files::{FeatureFile, Graticule};
 pub use focus::{Focus, FocusAbout, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
@@ -79,6 +79,8 @@ pub struct Scene {
     pub water: WaterFiles,
     /// Files of points, lines and areas that are drawn on the land.
     pub features: Vec<FeatureFile>,
+    /// Lines of equal coordinates that are drawn on the land.
+    pub graticule: Option<Graticule>,
     /// Properties of the height files that the files themselves do not declare.
     pub heights: OpenOptions,
 }
@@ -158,6 +160,7 @@ impl Scene {
             sea_level_m: None,
             water: WaterFiles::default(),
             features: Vec::new(),
+            graticule: None,
             heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }
     }

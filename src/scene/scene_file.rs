@@ -163,6 +163,7 @@ struct FileToml {
     water: WaterToml,
     #[serde(default)]
     features: Vec<FeatureToml>,
+    graticule: Option<String>,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -372,6 +373,8 @@ impl Scene {
         scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
         let features = file.features.iter().map(|entry| entry.file(path));
         scene.features = features.collect::<Result<_, _>>().map_err(|(key, cause)| wrong(key, cause))?;
+        let graticule = file.graticule.as_deref().map(str::parse).transpose();
+        scene.graticule = graticule.map_err(|cause: String| wrong("graticule", &cause))?;
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);
         }

@@ -40,6 +40,7 @@ use toml_edit::{ArrayOfTables, Item, Table, value};
 pub(crate) use cuts::CUT_INK;
 pub use cuts::{Cuts, PlaneFamily};
 pub use drainage::{Drainage, DrainageLines, DrainageViews};
+pub(crate) use features::GRATICULE;
 pub use features::{FeatureKinds, Features};
 pub(crate) use form::key_in_document;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
@@ -357,12 +358,22 @@ impl Style {
         self
     }
 
-    /// Returns the style with a layer of features, of default values if it has none.
+    /// Returns the style with layers of default values for what it does not draw: features, and a graticule. A style
+    /// with its largest number of inks stays as it is.
     #[must_use]
-    pub(crate) fn with_features(mut self) -> Self {
-        let has_room = self.inks().len() < MAX_INKS;
-        if self.lowest_features().is_none() && has_room {
-            self.layers.replace("features", Features::default_value().map(Layer::Features));
+    pub(crate) fn with_features(mut self, [has_features, has_graticule]: [bool; 2]) -> Self {
+        let own = |layer: &Layer| match layer {
+            Layer::Features(layer) => Some(layer.is_of_graticule()),
+            _ => None,
+        };
+        let has = |style: &Self, of_graticule: bool| style.layers.iter().any(|layer| own(layer) == Some(of_graticule));
+        let ink = self.lettering_ink();
+        let graticule = Features::of_graticule(ink).filter(|_| has_graticule && !has(&self, true));
+        let features = Features::default_value().filter(|_| has_features && !has(&self, false));
+        for layer in graticule.into_iter().chain(features) {
+            if self.inks().len() < MAX_INKS {
+                self.layers.0.push(Layer::Features(layer));
+            }
         }
         self
     }

@@ -86,7 +86,7 @@ fn world() -> Option<World> {
 fn put(world: &mut World, paths: &[&Path]) {
     let files: Vec<_> = paths.iter().map(|path| FeatureFile { path: path.to_path_buf(), layer: None }).collect();
     let place = world.surfaces.terrain.store().georeference().clone();
-    world.surfaces.set_features(Draped::read(&files, &place, [SAMPLES; 2]).unwrap());
+    world.surfaces.set_features(Draped::read(&files, None, &place, [SAMPLES; 2]).unwrap());
 }
 
 fn style(layer: &str) -> Style {

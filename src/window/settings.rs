@@ -118,6 +118,8 @@ pub(super) struct Styles {
     names: Vec<String>,
     /// The styles that have been opened for editing, by their index in the list.
     documents: BTreeMap<usize, StyleDocument>,
+    /// Whether the world has features of files, and a graticule, which every style draws then.
+    features: [bool; 2],
 }
 
 impl Styles {
@@ -129,7 +131,7 @@ impl Styles {
         let names = style::names();
         let list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
         let names: Vec<String> = names.into_iter().map(str::to_owned).collect();
-        let mut styles = Self { list, names, documents: BTreeMap::new() };
+        let mut styles = Self { list, names, documents: BTreeMap::new(), features: [false; 2] };
         let place = match styles.names.iter().position(|name| *name == asked) {
             Some(place) => place,
             None => styles.add(StyleDocument::open(asked)?),
@@ -143,7 +145,7 @@ impl Styles {
         let index = known.unwrap_or(self.list.len());
         if known.is_none() {
             self.names.push(document.name().to_owned());
-            self.list.push(document.drawn());
+            self.list.push(self.drawn(document.drawn()));
         }
         self.documents.insert(index, document);
         self.refresh(index);
@@ -180,8 +182,27 @@ impl Styles {
     /// Takes the changes of a document into the list.
     pub(super) fn refresh(&mut self, index: usize) {
         if let Some(document) = self.documents.get(&index) {
-            self.list[index] = document.drawn();
+            self.list[index] = self.drawn(document.drawn());
         }
+    }
+
+    /// Says whether the world has features of files, and a graticule.
+    pub(super) fn set_features(&mut self, features: [bool; 2]) {
+        if std::mem::replace(&mut self.features, features) == features {
+            return;
+        }
+        for index in 0..self.list.len() {
+            let style = match self.documents.get(&index) {
+                Some(document) => document.drawn(),
+                // A file that has been broken in the meantime keeps its style.
+                None => Style::load(&self.names[index]).unwrap_or_else(|_| self.list[index].clone()),
+            };
+            self.list[index] = self.drawn(style);
+        }
+    }
+
+    fn drawn(&self, style: Style) -> Style {
+        style.with_features(self.features)
     }
 
     /// Returns the name of a preset, or the path of a file.

@@ -188,6 +188,11 @@ impl Surfaces {
         self.features.as_ref()
     }
 
+    /// Returns whether features of files are on the land, and whether a graticule is.
+    pub(crate) fn has_features_and_graticule(&self) -> [bool; 2] {
+        self.features.as_ref().map_or([false; 2], Resident::has_features_and_graticule)
+    }
+
     /// Replaces the features on the land.
     pub(crate) fn set_features(&mut self, features: Draped) {
         self.features = (!features.is_empty()).then(|| Resident::new(Arc::new(features)));

@@ -385,7 +385,8 @@ impl OpenWorld {
         }
         tree_models::read(scene, &Silent).map_err(|error| WorldError::TreeModel(error).of(scene))?;
         GivenWater::load(&scene.water, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
-        Draped::read(&scene.features, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
+        Draped::read(&scene.features, scene.graticule, place, samples)
+            .map_err(|error| WorldError::from(error).of(scene))?;
         for placement in &scene.meshes {
             let mesh = scene.read_mesh_with(&placement.file, &Silent);
             mesh.map_err(|error| WorldError::from(error).of(scene))?;
@@ -407,7 +408,7 @@ impl OpenWorld {
     fn read_features(&self) -> Result<Draped, DrapedError> {
         let store = self.surfaces.terrain.store();
         let size = store.levels()[0];
-        Draped::read(&self.scene.features, store.georeference(), [size.width, size.height])
+        Draped::read(&self.scene.features, self.scene.graticule, store.georeference(), [size.width, size.height])
     }
 
     /// Reads the rasters of the scene's forest, if it has any.

@@ -110,6 +110,8 @@ impl StyleRun {
         let heights = world::rounded(world::open_store(scene, &Silent)?, tile_error_m);
         let mut world = OpenWorld::on_gpu(gpu, scene.clone(), heights, options)?;
         world.surfaces.set_tree_detail(variant.tree_detail);
+        let style = variant.style.clone().with_features(world.surfaces.has_features_and_graticule());
+        let variant = Variant { style, ..variant };
         Ok(Self {
             world,
             gpu_bytes: gpu.memory_bytes() as i64 - bytes_before,

@@ -198,8 +198,15 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let features = scene.features.iter().map(|file| &file.path);
     let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
     let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
-    let mut missing: Vec<&PathBuf> =
-        heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).chain(water).chain(features).collect();
+    let mut missing: Vec<&PathBuf> = heights
+        .iter()
+        .chain(meshes)
+        .chain(scene.mesh_lists())
+        .chain(trees)
+        .chain(cover)
+        .chain(water)
+        .chain(features)
+        .collect();
     // A file that may not be looked at is reported when it is opened.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();

@@ -57,6 +57,8 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     if all.world.layers.layer.is_empty() {
         all.world.layers.layer = more.layers.iter().flatten().map(PathBuf::from).collect();
     }
+    let graticule = &mut all.world.layers.graticule;
+    *graticule = parsed_or(*graticule, more.graticule.as_deref(), "graticule")?;
     let land = &mut all.world.land;
     // A seed is that of the picture's world.
     if args.world.name.is_none() {
@@ -216,8 +218,7 @@ fn parsed_or<T: FromStr<Err = String>>(
 /// Returns the part of a description that the options of a world determine.
 pub(crate) fn of_world(world: &WorldArgs) -> More {
     let voids = world.heights.voids.and_then(|voids| voids.to_possible_value());
-    let layers: Vec<String> =
-        world.layers.layer.iter().map(|path| path.to_string_lossy().into_owned()).collect();
+    let layers: Vec<String> = world.layers.layer.iter().map(|path| path.to_string_lossy().into_owned()).collect();
     More {
         nodata: world.heights.nodata,
         voids: voids.map(|voids| voids.get_name().to_owned()),
@@ -230,6 +231,7 @@ pub(crate) fn of_world(world: &WorldArgs) -> More {
         haze: world.light.haze,
         water: world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned()),
         layers: (!layers.is_empty()).then_some(layers),
+        graticule: world.layers.graticule.map(|graticule| graticule.to_string()),
         exaggeration: world.exaggeration,
         sea_level: world.land.sea_level.map(|level| level.to_string()),
         trees: world.land.trees.map(|trees| trees.to_string()),

@@ -378,7 +378,7 @@ fn budgets_are_kept() {
     let farthest_m = few.iter().map(far_m).fold(0.0, f64::max);
     let nearest_m = many.iter().filter(|index| !few.contains(index)).map(far_m).fold(f64::INFINITY, f64::min);
     assert!(farthest_m <= nearest_m);
-    assert_eq!(choose_flat(&tree, 0.0, 0).0, []);
+    assert_eq!(choose_flat(&tree, 0.0, 0).0, Vec::<u32>::new());
 }
 
 #[test]

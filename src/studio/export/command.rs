@@ -53,6 +53,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         focus,
         water,
         layers,
+        graticule,
         tone_curve,
         // The window has none of the rest.
         show: _,
@@ -73,6 +74,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("seed", seed.map(|seed| seed.to_string()));
     add("focus", focus.clone());
     add("water", water.clone());
+    add("graticule", graticule.clone());
     layers.iter().flatten().for_each(|file| add("layer", Some(file.clone())));
     add("encoding", encoding.clone());
     add("height-scale", number(*height_scale));

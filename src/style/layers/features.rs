@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::{Channels, Fading, Ink, LayerBehaviour, RecipeSource, Trace};
 use crate::features::when::When;
-use crate::style::parameters::{Range, choices, parameters};
+use crate::style::parameters::{Range, Setting, choices, parameters};
 use crate::style::{Color, StyleError};
 
 parameters! {
@@ -43,6 +43,23 @@ choices! {
         Lines,
         /// Only outlines of areas.
         Areas,
+    }
+}
+
+/// Name of the lines of `--graticule`.
+pub(crate) const GRATICULE: &str = "graticule";
+/// Width of these lines.
+const GRATICULE_PX: f32 = 0.6;
+
+impl Features {
+    /// Returns the layer that draws a graticule in a style without one.
+    pub(super) fn of_graticule(ink: Color) -> Option<Self> {
+        Some(Self { file: GRATICULE.to_owned(), ink, line_px: GRATICULE_PX, ..Self::default_value()? })
+    }
+
+    /// Returns whether the layer draws a graticule.
+    pub(super) fn is_of_graticule(&self) -> bool {
+        self.file.eq_ignore_ascii_case(GRATICULE)
     }
 }
 

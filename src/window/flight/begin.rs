@@ -54,7 +54,8 @@ impl Flight {
         proxy: EventLoopProxy<()>,
     ) -> Result<Self, WindowError> {
         let Parts { overlay, screen, gpu, window } = parts;
-        let (styles, style) = Styles::with(&options.style)?;
+        let (mut styles, style) = Styles::with(&options.style)?;
+        styles.set_features(world.surfaces.has_features_and_graticule());
         let start = FlyCamera::new(&world.start, |at| ground_m(&world, at), world.surfaces.terrain.extent_m());
         let settings = Settings {
             style,

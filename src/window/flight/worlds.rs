@@ -241,6 +241,7 @@ impl Flight {
         self.last.tiles_loaded = 0;
         self.window.set_title(&format!("{} — hachure", world.name));
         self.say(About::File, format!("Opened {}", world.name), TOAST);
+        self.styles.set_features(world.surfaces.has_features_and_graticule());
         self.world = world;
         self.open_views();
         self.begin_again();
