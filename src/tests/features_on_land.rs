@@ -17,6 +17,8 @@ use hachure::internals::read;
 use hachure::lines::draped::FEATURE_INK;
 use hachure::scene::FeatureFile;
 use hachure::scene::view::View;
+use hachure::source::GeoKeys;
+use hachure::source::georeference::{Crs, Georeference};
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [320, 240];
@@ -78,6 +80,14 @@ fn coordinates(line: &[DVec2]) -> String {
     format!("{:?}", line.iter().map(|at| (*at + ORIGIN_M).to_array()).collect::<Vec<_>>())
 }
 
+/// Returns the georeference of the land, in zone 32 of UTM.
+fn place() -> Georeference {
+    let half_m = 0.5 * f64::from(SAMPLES - 1) * STEP_M;
+    let corner = ORIGIN_M + DVec2::new(-half_m, half_m);
+    let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32632".to_owned() };
+    Georeference { crs_from_grid: [corner.x, STEP_M, 0.0, corner.y, 0.0, -STEP_M], crs, geokeys: GeoKeys::default() }
+}
+
 fn world() -> Option<World> {
     World::new(grid_of(SAMPLES, SAMPLES, STEP_M, height_m), 0.2)
 }
@@ -85,8 +95,7 @@ fn world() -> Option<World> {
 /// Puts files onto the land of a world.
 fn put(world: &mut World, paths: &[&Path]) {
     let files: Vec<_> = paths.iter().map(|path| FeatureFile { path: path.to_path_buf(), layer: None }).collect();
-    let place = world.surfaces.terrain.store().georeference().clone();
-    world.surfaces.set_features(Draped::read(&files, None, &place, [SAMPLES; 2]).unwrap());
+    world.surfaces.set_features(Draped::read(&files, None, &place(), [SAMPLES; 2]).unwrap());
 }
 
 fn style(layer: &str) -> Style {
@@ -330,4 +339,42 @@ fn lines_end_with_the_land() {
     assert_eq!(off, 0.0);
     let place = DVec3::ZERO;
     assert!(world.surfaces.terrain.height_m(place.truncate()).is_some());
+}
+
+#[test]
+fn graticules_have_their_coordinates() {
+    let Some(mut world) = world() else { return };
+    let view = still(world.pose("0,0,12000,0,-90,45"), SIZE_PX);
+    let named = style("file = \"graticule\"\nline_px = 1.5");
+    // The mean ink of places on a north-south line, and of places on an east-west line.
+    let along = |world: &World, ink: &[f64], place_m: &dyn Fn(f64) -> DVec2| {
+        let inks = (-30..=30).map(|i| {
+            let at = place_m(100.0 * f64::from(i));
+            let height_m = world.surfaces.terrain.height_m(at).unwrap();
+            let px = view.place_px(at.extend(height_m) - view.pose.position_m).unwrap().floor();
+            let around = [-1.0, 0.0, 1.0].into_iter().flat_map(|y| [-1.0, 0.0, 1.0].map(|x| px + DVec2::new(x, y)));
+            around.map(|px| ink[(px.y * 320.0 + px.x) as usize]).fold(0.0, f64::max)
+        });
+        inks.sum::<f64>() / 61.0
+    };
+    // The central meridian of the zone is at x = 0, and a hundredth of a degree is 760 m of longitude here.
+    for (graticule, lines_m, gap_m) in [("0.01", [0.0, 760.6, -760.6], 380.0), ("1000m", [0.0, 1000.0, -2000.0], 500.0)]
+    {
+        let draped = Draped::read(&[], Some(graticule.parse().unwrap()), &place(), [SAMPLES; 2]).unwrap();
+        world.surfaces.set_features(draped);
+        let drawn = ink(&mut world, &view, &named);
+        for x_m in lines_m {
+            let mean = along(&world, &drawn, &|y_m| DVec2::new(x_m, y_m));
+            assert!(mean > 0.6, "{graticule}: {mean} at {x_m} m");
+            // Planted: halfway to the next line there is only what crosses it.
+            let mean = along(&world, &drawn, &|y_m| DVec2::new(x_m + gap_m, y_m));
+            assert!(mean < 0.3, "{graticule}: {mean} between lines");
+        }
+        let unnamed = ink(&mut world, &view, &style("line_px = 1.5"));
+        assert_eq!(unnamed.iter().sum::<f64>(), 0.0, "{graticule}: a layer that does not name it draws it");
+    }
+    let error = |graticule: &str| {
+        Draped::read(&[], Some(graticule.parse().unwrap()), &place(), [SAMPLES; 2]).err().unwrap().to_string()
+    };
+    assert!(error("0.00001").contains("lines; at most 1000 are drawn"), "{}", error("0.00001"));
 }

@@ -13,15 +13,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use glam::DVec3;
+use hachure::draped::Draped;
 use hachure::frame::{self, Antialias, Renderer};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Group, Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced, Work};
 use hachure::picture::show::{self, ShowError};
-use hachure::scene::Wind;
 use hachure::scene::forest::Form;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
+use hachure::scene::{FeatureFile, Wind};
 use hachure::style::{self, Detector, ReliefKind, Style};
 use hachure::surface::hidden::HiddenArea;
 
@@ -248,6 +249,18 @@ fn add_kinds(traces: &mut Traces, world: &mut World, pose: Pose, pen: &Style) {
     renderer.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
     let trace = drawing(world, &mut renderer, pen, [pose; 2]);
     traces.add("headsets that hide areas", &trace);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("point.csv");
+    std::fs::write(&path, "x,y\n950,-850\n").unwrap();
+    let store = world.surfaces.terrain.store();
+    let (place, size) = (store.georeference().clone(), store.levels()[0]);
+    let samples = [size.width, size.height];
+    let read = |files: &[FeatureFile]| Draped::read(files, None, &place, samples).unwrap();
+    world.surfaces.set_features(read(&[FeatureFile { path, layer: None }]));
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    let trace = drawing(world, &mut renderer, &pen.clone().with_features([true, false]), [pose; 2]);
+    traces.add("worlds with features", &trace);
+    world.surfaces.set_features(read(&[]));
 }
 
 /// In the fast tier a few frames are drawn, and only what they have is compared.
