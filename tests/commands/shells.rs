@@ -32,7 +32,7 @@ fn shells_accept_their_completions() {
     let place = Place::empty();
     for shell in ["bash", "zsh", "fish"] {
         let script = place.text(&["completions", shell]);
-        for name in COMMANDS.into_iter().chain(["migrate", "tolerance-px", "powershell"]) {
+        for name in COMMANDS.into_iter().chain(["migrate", "tolerance-px", "height-scale"]) {
             assert!(script.contains(name), "{shell} does not complete {name}");
         }
         assert!(!script.contains("planted-option"));
