@@ -20,7 +20,8 @@ const FEATURES: [(&str, bool); 3] = [
 pub(crate) fn line() -> &'static str {
     static LINE: LazyLock<String> = LazyLock::new(|| {
         let features: Vec<&str> = FEATURES.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect();
-        text(env!("CARGO_PKG_VERSION"), NAMED.unwrap_or(PACKED), &features)
+        let commit = NAMED.filter(|named| !named.is_empty()).unwrap_or(PACKED);
+        text(env!("CARGO_PKG_VERSION"), commit, &features)
     });
     &LINE
 }

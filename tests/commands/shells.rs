@@ -99,7 +99,7 @@ fn manual_pages_are_written_and_only_own_ones_replaced() {
     // Own pages are replaced.
     place.text(&["man", "share/man1"]);
     // The page of somebody else is kept, and no other page is written.
-    fs::write(page("hachure-render.1"), ".TH MINE 1\n").unwrap();
+    place.file("share/man1/hachure-render.1", ".TH MINE 1\n");
     fs::remove_file(page("hachure.1")).unwrap();
     let error = place.error(&["man", "share/man1"]);
     assert!(error.contains("hachure-render.1: this file exists, and hachure did not write it"), "{error}");
