@@ -1,4 +1,5 @@
-//! Lists the shaders, and translates their structs and constants to Rust, so that each is defined once, in WGSL.
+//! Lists the shaders, and translates their structs and constants to Rust, so that each is defined once, in WGSL. Also
+//! writes the commit of a packed crate, for `hachure --version`.
 //!
 //! `src/gpu/shader.rs` includes the list, and `src/gpu/wgsl.rs` the structs and constants. Each struct becomes a
 //! `repr(C)` struct with the same field offsets as in WGSL (specification, "Memory Layout"); a test compares all of
@@ -75,7 +76,29 @@ fn main() -> io::Result<()> {
         env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("the variable OUT_DIR is not set; Cargo sets it"))?,
     );
     fs::write(folder.join("wgsl.rs"), out)?;
-    fs::write(folder.join("shaders.rs"), tables(&files, &sources)?)
+    fs::write(folder.join("shaders.rs"), tables(&files, &sources)?)?;
+    fs::write(folder.join("packed_commit.txt"), packed_commit())
+}
+
+/// Returns the commit from which a crate was packed, which Cargo records in the crate; an empty text in a clone.
+///
+/// Git is not asked here: whenever this script runs again, Cargo compiles the whole library again, so each commit would
+/// cost minutes. `packaging/release` names the commit in a variable that only the program reads (`src/version.rs`).
+fn packed_commit() -> String {
+    const RECORD: &str = ".cargo_vcs_info.json";
+    let Ok(record) = fs::read_to_string(RECORD) else {
+        // Cargo would take a missing file for a changed one, and run this script in every build.
+        return String::new();
+    };
+    println!("cargo::rerun-if-changed={RECORD}");
+    let value = |key: &str| {
+        let (_, rest) = record.split_once(&format!("\"{key}\":"))?;
+        Some(rest.trim_start().trim_start_matches('"'))
+    };
+    let commit: String =
+        value("sha1").unwrap_or_default().chars().take_while(char::is_ascii_hexdigit).take(12).collect();
+    let has_changes = !commit.is_empty() && value("dirty").is_some_and(|rest| rest.starts_with("true"));
+    commit + if has_changes { "+changes" } else { "" }
 }
 
 /// Writes the tables of shaders: the modules that others import, each after those that it imports, and the passes.

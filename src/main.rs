@@ -1,6 +1,8 @@
 //! The program `hachure`: parses the arguments and runs the command; the work is done in `commands`.
 #![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
 
+mod version;
+
 use std::process::ExitCode;
 
 use clap::parser::ValueSource;
@@ -57,7 +59,7 @@ fn fail(message: &str, status: u8) -> ExitCode {
 
 /// Parses the arguments; returns an exit code if the program ends without any work (help, version, misuse).
 fn parsed() -> Result<Cli, ExitCode> {
-    let matches = Cli::command().try_get_matches();
+    let matches = Cli::command().version(version::line()).try_get_matches();
     let cli = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, stray(&matches))));
     match cli {
         Ok((cli, None)) => Ok(cli),

@@ -7,7 +7,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use crate::file::message::{did_you_mean, nearest, printable, quoted, shown};
 
 /// The names of all commands.
-pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styles"];
+pub const COMMANDS: [&str; 8] = ["fly", "render", "bench", "bake", "info", "styles", "completions", "man"];
 
 /// The commands of `hachure styles`.
 const STYLES_COMMANDS: [&str; 4] = ["list", "show", "check", "migrate"];

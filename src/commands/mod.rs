@@ -3,6 +3,7 @@
 pub(crate) mod arguments;
 pub(crate) mod bake;
 pub(crate) mod bench;
+pub(crate) mod completions;
 mod describe;
 pub(crate) mod height_args;
 pub(crate) mod land_args;
@@ -13,6 +14,7 @@ mod inputs;
 pub(crate) mod place_args;
 pub mod log;
 pub(crate) mod light_args;
+pub(crate) mod man;
 pub mod misuse;
 pub mod program;
 pub(crate) mod progress;

@@ -2,7 +2,7 @@
 
 use clap::{CommandFactory, Parser, Subcommand};
 
-use super::{bake, bench, fly, info, render, styles};
+use super::{bake, bench, completions, fly, info, man, render, styles};
 use crate::file::interrupt;
 use crate::gpu::device::AdapterWish;
 
@@ -36,6 +36,10 @@ pub(crate) enum Command {
     Info(info::InfoArgs),
     /// List, show and check styles
     Styles(styles::StylesArgs),
+    /// Print the script by which a shell completes commands, options and values
+    Completions(completions::CompletionsArgs),
+    /// Print the manual page, or write those of all commands to a folder
+    Man(man::ManArgs),
 }
 
 impl Cli {
@@ -51,6 +55,8 @@ impl Cli {
             Some(Command::Bake(args)) => bake::run(args),
             Some(Command::Info(args)) => info::run(args),
             Some(Command::Styles(args)) => styles::run(args),
+            Some(Command::Completions(args)) => completions::run(args, definition()),
+            Some(Command::Man(args)) => man::run(args, &definition()),
             Some(Command::Fly(args)) => fly::run(args, &self.adapter),
             None => fly::run_again(&self.fly, &self.adapter),
         }

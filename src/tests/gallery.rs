@@ -12,6 +12,15 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
 
+/// Returns whether this is an unpacked crate, from which the pictures of the documentation are left out.
+fn has_no_pictures() -> bool {
+    let is_packed = docs().join("../.cargo_vcs_info.json").exists();
+    if is_packed {
+        println!("skipped: a packed crate has no pictures of the documentation");
+    }
+    is_packed
+}
+
 /// Returns what the page lacks of a preset.
 fn lacks(page: &str, name: &str) -> Option<String> {
     let style = Style::load(name).unwrap();
@@ -30,6 +39,9 @@ fn lacks(page: &str, name: &str) -> Option<String> {
 
 #[test]
 fn the_gallery_shows_every_preset() {
+    if has_no_pictures() {
+        return;
+    }
     let page = fs::read_to_string(docs().join("gallery/README.md")).unwrap();
     for name in style::names() {
         assert!(page.contains(&format!("\n## {name}\n")), "{name} is not in the gallery: {REDRAW}");
@@ -46,6 +58,9 @@ const REDRAW: &str = "cargo run --release --example gallery -- FOLDER redraws it
 
 #[test]
 fn pictures_of_documents_are_small() {
+    if has_no_pictures() {
+        return;
+    }
     let mut count = 0;
     for folder in ["pictures", "gallery"] {
         for entry in fs::read_dir(docs().join(folder)).unwrap() {

@@ -17,6 +17,7 @@ mod names;
 mod places;
 mod quality;
 mod quiet;
+mod shells;
 mod show;
 mod styles;
 mod suites;

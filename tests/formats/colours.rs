@@ -99,7 +99,12 @@ fn pictures_prove_nothing_and_ask() {
 
 #[test]
 fn the_drawings_of_the_documentation_are_no_heights() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    if root.join(".cargo_vcs_info.json").exists() {
+        println!("skipped: a packed crate has no pictures of the documentation");
+        return;
+    }
+    let folder = root.join("docs/pictures");
     let mut looked_at = 0;
     for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if path.extension().is_some_and(|ending| ending == "png") {
