@@ -47,3 +47,15 @@ struct Strokes {
     ridge_width: f32,
     valley_width: f32,
 }
+
+// How many times farther skylines merge edges in full haze, and how many times as far from the eye as an edge beyond
+// `merge_px` a skyline that takes it may be.
+const FAR_MERGE: f32 = 2.0;
+const MOST_BEHIND: f32 = 1.5;
+
+// Returns the distance within which a skyline takes the place of an edge that is `depth_m` from the eye: ranges in haze
+// are close to each other on the picture, and their lines would tangle.
+fn sky_merge_px(strokes: Strokes, depth_m: f32) -> f32 {
+    let t = depth_m / strokes.haze_m;
+    return strokes.merge_px * mix(FAR_MERGE, 1.0, exp(-t * t));
+}

@@ -16,6 +16,7 @@ use glam::DVec2;
 use self::form::Form;
 use self::trace::Cell;
 use super::legend::drawn_area;
+use super::names::{HALO, halo};
 use super::title::{Block, pen_px};
 use crate::drainage::Land;
 use crate::frame::LineGap;
@@ -56,6 +57,8 @@ pub(crate) struct Inputs<'a> {
 pub(crate) struct Numbers {
     pub placed: Vec<Number>,
     ink: Color,
+    /// Colour of the halo around the letters; `None` if the style has no marks that would hide them.
+    halo: Option<Color>,
     typeface: Typeface,
     /// Pixels per pixel of the style.
     px: f64,
@@ -67,6 +70,13 @@ fn numbered(style: &Style) -> Option<&HeightLines> {
         Layer::HeightLines(lines) => Some(lines).filter(|lines| lines.number_px > 0.0 && lines.interval_m > 0.0),
         _ => None,
     })
+}
+
+/// Returns whether a style draws shade as marks or lines, in which digits are hard to read.
+fn has_marks(style: &Style) -> bool {
+    let is_of_marks =
+        |layer: &Layer| matches!(layer, Layer::Hatching(_) | Layer::Rows(_) | Layer::Cuts(_) | Layer::ToneLines(_));
+    style.layers.iter().any(is_of_marks)
 }
 
 /// Places the numbers of a map; `None` if its style has none.
@@ -107,7 +117,8 @@ pub(crate) fn numbers(inputs: &Inputs<'_>) -> Result<Option<Numbers>, PyramidErr
     };
     let rules = Rules::default();
     let placed = place(&contours, &page, &Rules { spacing_px: px * rules.spacing_px, ..rules });
-    Ok(Some(Numbers { placed, ink: lines.ink, typeface, px }))
+    let halo = has_marks(style).then_some(style.paper.color);
+    Ok(Some(Numbers { placed, ink: lines.ink, halo, typeface, px }))
 }
 
 fn is_index(level: i64) -> bool {
@@ -148,6 +159,17 @@ impl Numbers {
             block.areas.extend(areas);
         }
         block
+    }
+
+    /// Returns the halo under the letters, in the colour of the paper, if the style has marks around them.
+    pub(crate) fn halo(&self) -> Option<Block> {
+        let Block { strokes, areas, .. } = self.block();
+        self.halo.map(|paper| Block { strokes: halo(&strokes, &areas, HALO * self.px), ..Block::empty(paper) })
+    }
+
+    /// Returns all that is drawn over a picture: first the halo, if there is one, then the letters.
+    pub(crate) fn blocks(&self) -> Vec<Block> {
+        self.halo().into_iter().chain([self.block()]).collect()
     }
 
     /// Returns the boxes in which the lines are interrupted: one for a straight number, otherwise one for each letter.

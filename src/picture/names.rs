@@ -53,7 +53,7 @@ const MAX_ROWS: usize = 6;
 const SYMBOL: f64 = 3.2;
 const SYMBOL_GAP: f64 = 2.0;
 /// Width of the halo around letters on a map.
-const HALO: f64 = 2.2;
+pub(super) const HALO: f64 = 2.2;
 
 /// A place that may have a name.
 #[derive(Clone, Debug, PartialEq)]
@@ -284,11 +284,16 @@ impl Labels {
 
     /// Adds a halo around everything that is drawn.
     fn add_halo(&mut self, width_px: f64) {
-        let wider = |stroke: &PenStroke| PenStroke { width_px: stroke.width_px + 2.0 * width_px, ..stroke.clone() };
-        self.halo = self.strokes.iter().map(wider).collect();
-        let outlines = self.areas.iter().flat_map(Area::outlines);
-        self.halo.extend(outlines.map(|points| PenStroke { points, width_px: 2.0 * width_px }));
+        self.halo = halo(&self.strokes, &self.areas, width_px);
     }
+}
+
+/// Returns strokes that cover the given strokes and areas, and `width_px` around them.
+pub(super) fn halo(strokes: &[PenStroke], areas: &[Area], width_px: f64) -> Vec<PenStroke> {
+    let wider = |stroke: &PenStroke| PenStroke { width_px: stroke.width_px + 2.0 * width_px, ..stroke.clone() };
+    let outlines = areas.iter().flat_map(Area::outlines);
+    let around = outlines.map(|points| PenStroke { points, width_px: 2.0 * width_px });
+    strokes.iter().map(wider).chain(around).collect()
 }
 
 /// Returns the text of a label: the name, and the height in whole metres.

@@ -195,3 +195,31 @@ fn styles_without_numbers_have_no_gaps() {
     assert_eq!(drawn.ink_with(Vec::new()), drawn.ink);
     assert_ne!(drawn.ink_with(vec![gap]), drawn.ink);
 }
+
+#[test]
+fn numbers_among_marks_have_a_halo() {
+    let Some(mut drawn) = Drawn::new(cone_m) else { return };
+    assert!(drawn.numbers().halo().is_none(), "there are no marks");
+    let mut style = Style::load("dry-ink").unwrap();
+    style.lowest_height_lines_mut().unwrap().interval_m = INTERVAL_M as f32;
+    drawn.style = style.for_map(PIXEL_M).unwrap();
+    let numbers = drawn.numbers();
+    let (halo, letters) = (numbers.halo().unwrap(), numbers.block());
+    assert_eq!(halo.ink, drawn.style.paper.color);
+    assert!(letters.ink != halo.ink && halo.areas.is_empty());
+    // Returns whether the halo reaches `margin_px` beyond a point.
+    let covers = |at: DVec2, margin_px: f64| {
+        halo.strokes.iter().any(|stroke| {
+            stroke.points.windows(2).any(|pair| {
+                let [a, b] = [pair[0], pair[1]];
+                let part = (at - a).dot(b - a) / (b - a).length_squared().max(1e-12);
+                (at - a - part.clamp(0.0, 1.0) * (b - a)).length() + margin_px <= 0.5 * stroke.width_px
+            })
+        })
+    };
+    let outlines = letters.areas.iter().flat_map(|area| area.outlines().flatten().collect::<Vec<DVec2>>());
+    let points: Vec<DVec2> = outlines.chain(letters.strokes.iter().flat_map(|stroke| stroke.points.clone())).collect();
+    assert!(!points.is_empty() && points.iter().all(|at| covers(*at, 2.0)));
+    // Planted error: a halo that is as narrow as the letters.
+    assert!(!points.iter().all(|at| covers(*at, 4.0)));
+}

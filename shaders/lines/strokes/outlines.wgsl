@@ -18,7 +18,7 @@
 // HOLES: the land may have holes, through which the sky appears below the horizon. Their rims are no outlines.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::edges::{Edge, edge_on_picture}
-#import hachure::stroke_style::Strokes
+#import hachure::stroke_style::{Strokes, MOST_BEHIND, sky_merge_px}
 #import hachure::strokes::{Segment, NO_EDGE, UNITS_PER_PX}
 #import hachure::stroke_samples::hash
 #import hachure::surface_id::{kind_of, id_seen, LAND}
@@ -87,21 +87,27 @@ fn borders_sky(pixel: vec2<i32>) -> bool {
         || nearness_at(at + vec2<i32>(-2, 0)) == 0.0 || nearness_at(at + vec2<i32>(2, 0)) == 0.0;
 }
 
-// Returns whether an edge near an outline, at a pixel of the reference image, was merged with the outline.
-fn was_merged(edge: Edge, pixel: vec2<i32>, outline: Crossing) -> bool {
+// Returns whether an edge near an outline, at a pixel of the reference image, was merged with the outline. `is_beside`: it
+// is within the distance of merging; beyond, only skylines take edges.
+fn was_merged(edge: Edge, pixel: vec2<i32>, outline: Crossing, is_beside: bool) -> bool {
     let line = edge_on_picture(edge, view.clip_from_camera, vec2<f32>(view.size_px), view.near_m);
     let along = line.b.px - line.a.px;
     let t = clamp(dot(outline.px - line.a.px, along) / max(dot(along, along), 1e-6), 0.0, 1.0);
     // Inverse depth is linear along a line of the picture.
     let nearness = view.near_m * mix(1.0 / line.a.depth_m, 1.0 / line.b.depth_m, t);
-    return nearness * FARTHER >= outline.nearness || borders_sky(pixel);
+    if is_beside {
+        return nearness * FARTHER >= outline.nearness || borders_sky(pixel);
+    }
+    return nearness * MOST_BEHIND >= outline.nearness && borders_sky(pixel);
 }
 
 // Returns whether an outline has an edge already.
 fn has_edge(outline: Crossing) -> bool {
     let at = outline.px * strokes.resolution;
     // A skyline is merged only into another one.
-    let reach_px = select(max(EDGE_PX, strokes.merge_px + 1.0), EDGE_PX, outline.is_skyline);
+    let beside_px = max(EDGE_PX, strokes.merge_px + 1.0);
+    let widest_px = max(beside_px, sky_merge_px(strokes, view.near_m / max(outline.nearness, 1e-12)) + 1.0);
+    let reach_px = select(widest_px, EDGE_PX, outline.is_skyline);
     let last = vec2<i32>(strokes.image_px) - 1;
     let low = clamp(vec2<i32>(floor(at - reach_px * strokes.resolution)), vec2<i32>(0), last);
     let high = clamp(vec2<i32>(floor(at + reach_px * strokes.resolution)), vec2<i32>(0), last);
@@ -113,7 +119,8 @@ fn has_edge(outline: Crossing) -> bool {
             if id != 0u {
                 let away = abs(vec2<f32>(pixel) + 0.5 - at);
                 let is_close = max(away.x, away.y) <= (EDGE_PX + 0.5) * strokes.resolution;
-                found = is_close || was_merged(edges[id - 1u], pixel, outline);
+                let is_beside = max(away.x, away.y) <= (beside_px + 0.5) * strokes.resolution;
+                found = is_close || was_merged(edges[id - 1u], pixel, outline, is_beside);
             }
         }
     }

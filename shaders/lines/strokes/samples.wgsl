@@ -7,7 +7,7 @@
 #import hachure::strokes::{Chain, UNITS_PER_PX}
 #import hachure::edges::{KIND_BORDER, KIND_SUGGESTIVE, KIND_RIDGE, KIND_VALLEY}
 #import hachure::stroke_style::{Point, Strokes}
-#import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, step_behind}
+#import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, hidden_behind}
 #import hachure::stroke_samples::{CLASSES, Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
 // The view without jitter.
@@ -34,6 +34,13 @@ const BEND_UNITS: f32 = 128.0;
 const BORDER_PX: f32 = 2.0;
 // Sines of the angles at which one looks down on a border of the land between which it stops being a skyline.
 const FROM_ABOVE: vec2<f32> = vec2<f32>(0.2, 0.5);
+// Steps between which a line begins to hide land.
+const HIDES: vec2<f32> = vec2<f32>(0.12, 0.24);
+// Number of places to either side whose steps a sample's rank takes into account, and their distance: 8 px.
+const RANK_PLACES: f32 = 3.0;
+const RANK_UNITS: f32 = 128.0;
+// How much longer tapers are where a line hides nothing.
+const LONG_TAPER: f32 = 4.0;
 // Distance from an end that does not exist.
 const FAR_PX: f32 = 1e6;
 
@@ -87,11 +94,44 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     return OnStroke(mix(a.px, b.px, t) - view.jitter_px, 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
 }
 
+// Returns whether a line hides land: 0 to 1.
+fn hiding_of_step(step: f32) -> f32 {
+    return smoothstep(HIDES.x, HIDES.y, step);
+}
+
 // Returns the width of strokes with a step behind them, relative to skylines: a draughtsman's three ranks of lines, with
 // gradual transitions.
 fn width_of_step(step: f32) -> f32 {
-    let hiding = mix(strokes.interior_width, strokes.occluding_width, saturate(step / OCCLUDING_STEP));
+    let hiding = mix(strokes.interior_width, strokes.occluding_width, hiding_of_step(step));
     return mix(hiding, 1.0, saturate((step - OCCLUDING_STEP) / (SKYLINE_STEP - OCCLUDING_STEP)));
+}
+
+struct Rank {
+    // Width relative to that of skylines.
+    width: f32,
+    // Whether the line hides land: 0 to 1.
+    hiding: f32,
+}
+
+// Returns the rank of a stroke at a distance from its start: the mean of places RANK_UNITS apart, so that single pixels
+// cause no knots, and widths do not jump where a line begins to hide land. The steps of the border of the land, and those
+// to the sky, count as much as `border`.
+fn rank_around(first: u32, last: u32, at_units: f32, length_units: f32, is_border: bool, border: f32) -> Rank {
+    var sum = Rank(0.0, 0.0);
+    var before = on_stroke(first, last, max(at_units - (RANK_PLACES + 1.0) * RANK_UNITS, 0.0)).px;
+    var here = on_stroke(first, last, max(at_units - RANK_PLACES * RANK_UNITS, 0.0)).px;
+    for (var place = -RANK_PLACES; place <= RANK_PLACES; place += 1.0) {
+        let after = on_stroke(first, last, clamp(at_units + (place + 1.0) * RANK_UNITS, 0.0, length_units)).px;
+        let way = normalize(after - before + vec2<f32>(1e-6, 0.0));
+        let step = hidden_behind(depth, here + view.jitter_px, vec2<f32>(-way.y, way.x));
+        let counted = step * select(1.0, border, is_border || step > SKYLINE_STEP);
+        sum.width += width_of_step(counted);
+        sum.hiding += hiding_of_step(counted);
+        before = here;
+        here = after;
+    }
+    let places = 2.0 * RANK_PLACES + 1.0;
+    return Rank(sum.width / places, sum.hiding / places);
 }
 
 // Returns the width of strokes of a kind of edge, relative to contours.
@@ -139,30 +179,25 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let is_met = vec2<bool>(points[first].is_met == 1u, points[last].is_met == 1u);
     let from_lifts_px = select(from_ends_px, vec2<f32>(FAR_PX), is_met);
     let from_lift_px = min(from_lifts_px.x, from_lifts_px.y);
-    // A stroke that is shorter than its tapers tapers faster.
-    let taper_px = min(strokes.taper_px, select(0.5, 1.0, any(is_off | is_met)) * length_units / UNITS_PER_PX);
-    let pressure = select(clamp((from_lift_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
     // A right angle within BEND_UNITS has the full effect; at its ends a stroke has no bend.
     let lengths = length(way_back) * length(way_on);
     let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
     // A mean over three positions, so that single pixels do not cause knots.
     let kind_part = (width_of(before.kind) + width_of(at.kind) + width_of(after.kind)) / 3.0;
-    var step_part = 1.0;
+    var ranked = Rank(1.0, 1.0);
     if strokes.occluding_width < 1.0 || strokes.interior_width < 1.0 {
-        let way = normalize(way_back + way_on + vec2<f32>(1e-6, 0.0));
-        let across = vec2<f32>(-way.y, way.x);
-        let px = at.px + view.jitter_px;
-        let steps = step_behind(depth, px - way_back, across) + step_behind(depth, px, across)
-            + step_behind(depth, px + way_on, across);
         // The border of the land is a skyline where it is seen from the side, and only an edge of the sheet from above;
         // outlines that close gaps of it have the kind of contours.
-        let is_edge_of_sheet = at.kind == KIND_BORDER || steps > 3.0 * SKYLINE_STEP;
         let from_above = smoothstep(FROM_ABOVE.x, FROM_ABOVE.y, -normalize(ray_at(view, at.px)).z);
-        step_part = width_of_step(steps / 3.0 * select(1.0, 1.0 - from_above, is_edge_of_sheet));
+        ranked = rank_around(first, last, at_units, length_units, at.kind == KIND_BORDER, 1.0 - from_above);
     }
-    let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
-        * (1.0 + strokes.curve_width * bend);
+    // A line that hides little is not broader for being near, and ends in long tapers: it fades into the slope. A stroke
+    // that is shorter than its tapers tapers faster.
+    let near_part = mix(1.0, mix(min(nearness, 1.0), nearness, ranked.hiding), strokes.depth_width);
+    let taper_px = min(strokes.taper_px * mix(LONG_TAPER, 1.0, ranked.hiding), select(0.5, 1.0, any(is_off | is_met)) * length_units / UNITS_PER_PX);
+    let pressure = select(clamp((from_lift_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
+    let wide_px = strokes.half_width_px * near_part * ranked.width * kind_part * (1.0 + strokes.curve_width * bend);
     // A short stroke as wide as a long one would be a blob. Each end that leaves the sheet, or meets
     // another line, doubles the length.
     let length_px = length_units / UNITS_PER_PX;

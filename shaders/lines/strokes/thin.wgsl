@@ -6,7 +6,8 @@
 // draws each of these once. A pixel of an edge is dropped if another edge runs within 60 degrees of its direction, within
 // `merge_px` of it, and
 //
-// - it borders the sky and this one does not: skylines have no gaps,
+// - it borders the sky and this one does not: skylines have no gaps, and in haze they take lines that are farther away on
+//   the picture, but not those that hide much land,
 // - or its kind has priority: contours before borders before creases,
 // - or it is much nearer: it is drawn darker,
 // - or it is farther out, on the side where the surface ends: that is the outline, and of ridges the skyline.
@@ -16,7 +17,7 @@
 // pixels that a KEPT one drops are removed, and the others wait; after the last round they stay.
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture, kind_of_edge}
-#import hachure::stroke_style::Strokes
+#import hachure::stroke_style::{Strokes, MOST_BEHIND, sky_merge_px}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -86,11 +87,14 @@ fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>, is_s
     let rival = place_on(edges[other - 1u], at.px);
     let way_px = rival.px - at.px;
     let along_px = dot(vec2<f32>(pixel) + 0.5 - rival.px * strokes.resolution, rival.way);
-    let is_parallel = rival.past_px <= PAST_END_PX && length(way_px) <= strokes.merge_px && abs(along_px) <= ALONG_PX;
+    let is_parallel = rival.past_px <= PAST_END_PX && length(way_px) <= sky_merge_px(strokes, at.depth_m) && abs(along_px) <= ALONG_PX;
     if !is_parallel || abs(dot(rival.way, at.way)) < MIN_COSINE {
         return false;
     }
     let borders_sky = is_skyline(rival, outward(rival));
+    if length(way_px) > strokes.merge_px && (is_sky || !borders_sky || rival.depth_m > MOST_BEHIND * at.depth_m) {
+        return false;
+    }
     if borders_sky != is_sky {
         return borders_sky;
     }
@@ -111,7 +115,7 @@ fn decided(pixel: vec2<i32>, own: u32) -> u32 {
     let at = place_on(edges[own - 1u], (vec2<f32>(pixel) + 0.5) / strokes.resolution);
     let out = outward(at);
     let is_sky = is_skyline(at, out);
-    let reach = i32(ceil(strokes.merge_px * strokes.resolution)) + 1;
+    let reach = i32(ceil(sky_merge_px(strokes, at.depth_m) * strokes.resolution)) + 1;
     let last = vec2<i32>(strokes.image_px) - 1;
     var decision = own | KEPT;
     for (var y = -reach; y <= reach; y++) {

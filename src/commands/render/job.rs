@@ -399,7 +399,7 @@ impl Job<'_> {
         let mut legend = self.legend().filter(|_| title.as_ref().is_some_and(|title| title.legend.is_some()));
         let numbers = self.contour_numbers(&blocks_px(&labels))?;
         let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
-        let numbers = numbers.as_ref().map(Numbers::block);
+        let numbers = numbers.as_ref().map(Numbers::blocks).unwrap_or_default();
         let mut planes = self.planes.clone();
         planes.extend(legend.as_ref().map(Legend::planes).unwrap_or_default());
         let request = PictureRequest {

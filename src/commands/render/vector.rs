@@ -29,6 +29,8 @@ const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
 const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
 /// Id and label of the layer with the numbers on contour lines.
 const NUMBERS: (&str, &str) = ("contour-numbers", "Numbers on contour lines");
+/// Id and label of the layer with their halo. A pen has no ink of the colour of paper.
+const NUMBERS_HALO: (&str, &str) = ("contour-numbers-halo", "Halo of numbers on contour lines");
 
 /// Options of an SVG, or of a GeoJSON, whose lines are in pixels until they are georeferenced.
 pub(super) struct SvgOptions {
@@ -193,8 +195,11 @@ impl Job<'_> {
                 let mut groups = lines.marks;
                 groups.extend(vector::groups(strokes, stroke_ink));
                 groups.extend(lines.marks_above);
-                let letters = numbers.map(|numbers| numbers.block().group(NUMBERS, pens.is_some()));
-                groups.extend(letters.filter(|letters| !letters.lines.is_empty() || !letters.fills.is_empty()));
+                if let Some(numbers) = &numbers {
+                    let halo = numbers.halo().filter(|_| pens.is_none()).map(|halo| halo.group(NUMBERS_HALO, false));
+                    let drawn = halo.into_iter().chain([numbers.block().group(NUMBERS, pens.is_some())]);
+                    groups.extend(drawn.filter(|group| !group.lines.is_empty() || !group.fills.is_empty()));
+                }
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }

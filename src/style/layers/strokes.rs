@@ -8,6 +8,8 @@ use crate::style::{Color, StyleError, texture};
 
 /// Least margin of a part of a large picture, in pixels, within which strokes are also found.
 const MARGIN_PX: u32 = 256;
+/// Longest taper as a multiple of `taper_px`, as in `shaders/lines/strokes/samples.wgsl`.
+const LONG_TAPER: f32 = 4.0;
 
 parameters! {
     /// Pen strokes along contours, ridges and valleys.
@@ -19,7 +21,7 @@ parameters! {
         /// Stroke texture: a built-in name, a recipe (`.toml`) or a picture of a stroke (`.png`); without it strokes are
         /// solid.
         texture_name as "texture": Option<String>;
-        /// Strokes taper over this length at both ends.
+        /// Strokes taper over this length at both ends; those that hide little land over up to four times as much.
         taper_px called "Taper length": f32 = 0.0 => Range::Within(0.0, 1000.0);
         /// How much wider strokes are at bends; 1 is twice the width at a right angle, negative values make them
         /// thinner.
@@ -30,10 +32,10 @@ parameters! {
         shortest_px called "Shortest stroke": f32 = 4.0 => Range::Within(0.0, 1000.0);
         /// Shorter strokes within a slope, with land behind them less than 15 % farther away, are left out.
         shortest_interior_px called "Shortest within slopes": f32 = 0.0 => Range::Within(0.0, 1000.0);
-        /// How strongly width depends on distance; 0 is not at all, larger values make near strokes wider and far ones
-        /// thinner.
+        /// How strongly width depends on distance; 0 is not at all, larger values make near strokes that hide land wider, and
+        /// far ones thinner.
         depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
-        /// Width of outlines with land at least 30 % farther away behind them, as a fraction of that of skylines.
+        /// Width of outlines with land at least 24 % farther away behind them, as a fraction of that of skylines.
         occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Width of strokes within a slope, with nothing hidden behind them, as a fraction of that of skylines.
         interior_width called "Width within slopes": f32 = 1.0 => Range::Within(0.0, 1.0);
@@ -113,7 +115,7 @@ impl LayerBehaviour for Strokes {
 
     fn margins(&self) -> Margins {
         // Strokes that are scaled for a print taper over more pixels, and each part must see whether they are long enough.
-        let px = (2.0 * self.taper_px).max(self.shortest_px).max(2.0 * self.shortest_interior_px);
+        let px = (LONG_TAPER * self.taper_px).max(self.shortest_px).max(2.0 * self.shortest_interior_px);
         Margins { margin_px: MARGIN_PX.max(px.ceil() as u32), ..Margins::default() }
     }
 
