@@ -5,6 +5,7 @@ pub(crate) mod bake;
 pub(crate) mod bench;
 mod describe;
 pub(crate) mod height_args;
+pub mod host;
 pub(crate) mod land_args;
 pub(crate) mod info;
 pub(crate) mod fly;
