@@ -21,7 +21,8 @@ use crate::pyramid::TileStore;
 use crate::pyramid::store::MemoryStore;
 use crate::scene::{Scene, World};
 use crate::source::samples::MAX_HEIGHT_M;
-use crate::source::{HeightGrid, Silent};
+use crate::source::voids::fill_grid;
+use crate::source::{HeightGrid, Silent, VoidMode};
 use crate::style::{self, Style};
 use crate::world;
 
@@ -86,6 +87,13 @@ impl HostWorld {
         let scene = parsed(IN_MEMORY, options, &[], Path::new(PICTURE))?.world.scene_in_memory()?;
         let is_height = |height_m: f32| f64::from(height_m).abs() <= MAX_HEIGHT_M;
         grid.heights_m.iter_mut().filter(|height| !is_height(**height)).for_each(|height| *height = f32::NAN);
+        let samples = u64::from(grid.width) * u64::from(grid.height);
+        if grid.width < 2 || grid.height < 2 || samples != grid.heights_m.len() as u64 {
+            bail!("{IN_MEMORY}: {} x {} samples are too few; a world has at least 2 x 2", grid.width, grid.height);
+        }
+        if scene.heights.voids == VoidMode::Fill {
+            fill_grid(&mut grid);
+        }
         let store = Arc::new(MemoryStore::new(grid, IN_MEMORY, &Silent)?);
         Ok(Self::of(gpu, IN_MEMORY, options, scene, store))
     }

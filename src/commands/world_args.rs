@@ -69,10 +69,11 @@ impl WorldArgs {
         self.light.check()?;
         self.water.check()?;
         let scene = self.applied_to(Scene::of_world(World::Memory))?;
-        match scene.heights == OpenOptions::default() {
+        // Holes of an array may be filled, as those of a file.
+        match scene.heights == (OpenOptions { voids: scene.heights.voids, ..OpenOptions::default() }) {
             true => Ok(scene),
             false => {
-                let options = "--nodata, --voids, --height-unit and the other options of height files";
+                let options = "--nodata, --height-unit and the other options of height files";
                 Err(Misuse(format!("{options}: do not apply to heights in memory; change the array")).into())
             }
         }
