@@ -27,6 +27,8 @@ from __future__ import annotations
 import json
 import math
 import os
+import sys
+import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -89,7 +91,7 @@ def _text(value: Any) -> str:
     if isinstance(value, (str, int, float, Camera)):
         return str(value)
     if isinstance(value, os.PathLike):
-        return os.fspath(value)
+        return str(os.fspath(value))
     if isinstance(value, (Sequence, np.ndarray)):
         return ",".join(_text(part) for part in value)
     raise HachureError(f"{value!r}: cannot be an option; it must be a text, a number, a sequence or a flag")
@@ -154,12 +156,13 @@ class Camera:
             numbers = [float(field) for field in fields]
         except ValueError:
             raise HachureError(f"{text!r}: a camera is x,y,z,yaw,pitch,fov (6 numbers)") from None
-        return cls(*numbers, above_ground=fields[2].startswith("+"))
+        x_m, y_m, z_m, yaw_deg, pitch_deg, fov_deg = numbers
+        return cls(x_m, y_m, z_m, yaw_deg, pitch_deg, fov_deg, fields[2].startswith("+"))
 
     def __str__(self) -> str:
         z = ("+" if self.above_ground else "") + _number(self.z_m)
-        fields = [self.x_m, self.y_m, z, self.yaw_deg, self.pitch_deg, self.fov_deg]
-        return ",".join(field if isinstance(field, str) else _number(field) for field in fields)
+        angles = (self.yaw_deg, self.pitch_deg, self.fov_deg)
+        return ",".join([_number(self.x_m), _number(self.y_m), z, *map(_number, angles)])
 
     def moved(self, **values: float) -> Camera:
         """Returns the camera with other values, such as ``yaw_deg=90``."""
@@ -586,7 +589,8 @@ def _heights(array: Any) -> npt.NDArray[np.float32]:
     if not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
     with np.errstate(over="ignore", invalid="ignore"):
-        return array.astype(np.float32, copy=False)
+        heights: npt.NDArray[np.float32] = array.astype(np.float32, copy=False)
+    return heights
 
 
 class World:
@@ -638,9 +642,11 @@ class World:
                 raise HachureError(f"{wrong}: is for arrays; a file has its own")
             words = _words({"nodata": nodata, **options} if nodata is not None else options)
             name = "" if dem is None else os.fspath(dem)
-            self._world = _hachure.World.open(name, words, adapter)
+            with _Hush():
+                self._world = _hachure.World.open(name, words, adapter)
         else:
-            self._world = _hachure.World.of_heights(array, grid, of_crs, of_nodata, _words(options), adapter)
+            with _Hush():
+                self._world = _hachure.World.of_heights(array, grid, of_crs, of_nodata, _words(options), adapter)
         _warn()
 
     @property
@@ -773,24 +779,37 @@ class World:
         with _PathFile(options):
             report = self._world.bench([*_words(options), f"--output={os.fspath(output)}"])
         _warn()
-        return json.loads(report)
+        found: dict[str, Any] = json.loads(report)
+        return found
 
     def __repr__(self) -> str:
         rows, columns = self.shape
         return f"World({self.name!r}, {columns}x{rows} samples)"
 
 
+class _Hush:
+    """On Linux without a desktop, keeps Mesa's driver from writing about XDG_RUNTIME_DIR while a GPU is opened."""
+
+    def __enter__(self) -> None:
+        self.is_set = sys.platform == "linux" and not os.environ.get("XDG_RUNTIME_DIR")
+        if self.is_set:
+            os.environ["XDG_RUNTIME_DIR"] = "/nonexistent"
+
+    def __exit__(self, *_: Any) -> None:
+        if self.is_set:
+            os.environ.pop("XDG_RUNTIME_DIR", None)
+
+
 class _PathFile:
     """A camera path as a file while it is used: a :class:`Path` is written into a temporary folder."""
 
     def __init__(self, options: dict[str, Any]):
-        self.options, self.folder = options, None
+        self.options = options
+        self.folder: tempfile.TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> None:
         path = self.options.get("path")
         if isinstance(path, Path):
-            import tempfile
-
             self.folder = tempfile.TemporaryDirectory(prefix="hachure-")
             name = os.path.join(self.folder.name, "path.csv")
             path.save(name)
@@ -804,12 +823,12 @@ class _PathFile:
 def _options_style(style: Any, options: dict[str, Any]) -> Style:
     """Returns the style; ``set`` in the options gives other values."""
     values = options.pop("set", None)
-    style = Style.of(style)
+    of = Style.of(style)
     if values is None:
-        return style
+        return of
     if not isinstance(values, Mapping):
         raise HachureError('set: must be a dictionary, such as {"strokes.width_px": 2}')
-    return style.with_values(values)
+    return of.with_values(values)
 
 
 def _picture_options(size: Any, view: Any, map: Any, layers: Any, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -882,9 +901,9 @@ def _of_xarray(dem: Any) -> tuple[Any, Any, Any, Any, Any]:
     text = reference.attrs.get("GeoTransform") if reference is not None else None
     if text:
         c, a, b, f, d, e = (float(number) for number in str(text).split())
-        centre = None if x is None else (c + 0.5 * a, f + 0.5 * e)
-        # A part of the file has the transform of the whole in some versions.
-        if centre is None or (abs(centre[0] - x[0]) < 0.01 * abs(a) and abs(centre[1] - y[0]) < 0.01 * abs(e)):
+        # A part of the file may have the transform of the whole, and a transposed raster that of the original.
+        first = [] if x is None or y is None else [(c + 0.5 * a, x[0], a), (f + 0.5 * e, y[0], e)]
+        if all(abs(centre - of_axis) < 0.01 * abs(step) for centre, of_axis, step in first):
             transform = (a, b, c, d, e, f)
     if transform is None and "transform" in dem.attrs:
         transform = dem.attrs["transform"]
@@ -894,11 +913,18 @@ def _of_xarray(dem: Any) -> tuple[Any, Any, Any, Any, Any]:
 # Functions --------------------------------------------------------------------------------------------------------------
 
 
-_WORLD_OPTIONS = ("transform", "crs", "nodata", "spacing_m", "adapter")
+#: Keywords that only an unopened world takes.
+_OPENING = ("transform", "crs", "nodata", "spacing_m", "adapter")
+#: Options of the program that decide how a world is opened; an open one is opened again for them.
+_OF_WORLD = (
+    "voids", "encoding", "height_unit", "height_scale", "height_offset", "tile_rows", "exaggeration", "sea_level", "trees",
+    "seed", "water", "date", "place", "trust_scene",
+)  # fmt: skip
 
 
 def _opened(dem: Dem, options: dict[str, Any]) -> World:
-    own = {key: options.pop(key) for key in _WORLD_OPTIONS if key in options}
+    names = _OPENING if isinstance(dem, World) else _OPENING + _OF_WORLD
+    own = {key: options.pop(key) for key in names if key in options}
     if isinstance(dem, World):
         if own:
             raise HachureError(f"{next(iter(own))}: the world is open already")

@@ -84,9 +84,7 @@ class Case(unittest.TestCase):
         """Returns the picture that the program draws with these words."""
         import hachure
 
-        output = self.path("program.png")
-        if os.path.exists(output):
-            os.remove(output)
+        output = os.path.join(tempfile.mkdtemp(dir=self.folder), "program.png")
         said, status = self.program("render", *words, "--size", f"{size[0]}x{size[1]}", "-o", output)
         self.assertEqual(status, 0, said)
         return hachure.read_png(output)

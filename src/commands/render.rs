@@ -418,7 +418,7 @@ fn run_with(
     }
     place_args::check_procedural(&args.look, &args.map_place, args.world.name(), &scene.world)?;
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
-    let store = match heights.or_else(|| host.store(&scene)) {
+    let store = match heights.map_or_else(|| host.store(&scene), |store| Ok(Some(store)))? {
         Some(store) => store,
         None => {
             let store = world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error));

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::job::Job;
+use crate::commands::misuse::Misuse;
 use crate::file::exr::{SampleKind, Samples};
 use crate::gpu::Gpu;
 use crate::picture::eyes::joined;
@@ -74,16 +75,24 @@ impl Host<'_> {
     }
 
     /// Returns the open heights, if they are those of a scene.
-    pub(super) fn store(&self, scene: &Scene) -> Option<Arc<dyn TileStore>> {
-        let (opened, store) = self.heights.as_ref()?;
+    ///
+    /// # Errors
+    /// Holes of heights in memory were filled, and the scene has them open, or the other way round.
+    pub(super) fn store(&self, scene: &Scene) -> Result<Option<Arc<dyn TileStore>>, Misuse> {
+        let Some((opened, store)) = &self.heights else { return Ok(None) };
         if opened.world == World::Memory {
+            if opened.heights.voids != scene.heights.voids {
+                return Err(Misuse(
+                    "--voids: the holes of heights in memory are filled when they are opened".to_owned(),
+                ));
+            }
             // Heights in memory are true to scale.
-            return Some(world::exaggerated(Arc::clone(store), scene.vertical_exaggeration));
+            return Ok(Some(world::exaggerated(Arc::clone(store), scene.vertical_exaggeration)));
         }
         let is_same = opened.world == scene.world
             && opened.heights == scene.heights
             && opened.vertical_exaggeration == scene.vertical_exaggeration;
-        is_same.then(|| Arc::clone(store))
+        Ok(is_same.then(|| Arc::clone(store)))
     }
 
     /// Takes the world of the last picture, if it was opened for the same scene with the same options.
