@@ -589,7 +589,7 @@ def _heights(array: Any) -> npt.NDArray[np.float32]:
     if not array.dtype.isnative:
         array = array.astype(array.dtype.newbyteorder("="))
     with np.errstate(over="ignore", invalid="ignore"):
-        heights: npt.NDArray[np.float32] = array.astype(np.float32, copy=False)
+        heights: npt.NDArray[np.float32] = np.ascontiguousarray(array, np.float32)
     return heights
 
 

@@ -113,10 +113,11 @@ pub(crate) struct World(Mutex<HostWorld>);
 fn heights_m(array: &PyReadonlyArray2<'_, f32>, nodata_m: Option<f64>) -> Vec<f32> {
     let nodata_m = nodata_m.map(|nodata_m| nodata_m as f32);
     let height = |height_m: &f32| if Some(*height_m) == nodata_m { f32::NAN } else { *height_m };
+    // `as_slice` also takes Fortran's order, in which rows are columns.
     match array.as_slice() {
-        Ok(heights_m) if nodata_m.is_none() => heights_m.to_vec(),
-        Ok(heights_m) => heights_m.iter().map(height).collect(),
-        Err(_) => array.as_array().iter().map(height).collect(),
+        Ok(heights_m) if array.is_c_contiguous() && nodata_m.is_none() => heights_m.to_vec(),
+        Ok(heights_m) if array.is_c_contiguous() => heights_m.iter().map(height).collect(),
+        _ => array.as_array().iter().map(height).collect(),
     }
 }
 

@@ -76,7 +76,7 @@ class Errors(Case):
     def test_warnings_are_warnings(self):
         heights = hill()
         with self.assertWarnsRegex(hachure.HachureWarning, "sea-level"):
-            hachure.draw(heights, "ink", SIZE, spacing_m=30, sea_level=100000)
+            hachure.draw(heights, "ink", SIZE, spacing_m=30, sea_level=8000)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             hachure.draw(heights, "ink", SIZE, spacing_m=30)

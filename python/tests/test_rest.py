@@ -209,7 +209,7 @@ class Threads(Case):
             for number in range(count):
                 world.draw("ink", (96, 60))
                 if number % 4 == 0:
-                    hachure.draw(heights, "pen", (96, 60), spacing_m=30)
+                    hachure.draw(heights, "pen", (96, 60), spacing_m=30, map=True)
 
         draw(draws // 3)
         before = resident_mib()

@@ -136,7 +136,7 @@ impl HostWorld {
             heights: Some((&self.scene, Arc::clone(&self.store))),
             style: Some(style.clone()),
             opened: Some(&mut self.opened),
-            take: None,
+            ..Host::default()
         }
     }
 

@@ -480,7 +480,7 @@ fn run_with(
         Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px())?,
         None => titled,
     };
-    let camera = map.as_ref().map_or_else(|| look::start_camera(args, &world), |map| Map::camera(&map.pose));
+    let camera = map.as_ref().map_or_else(|| host.start_camera(args, &world), |map| Map::camera(&map.pose));
     let imprint = like::imprint(args, &kind, &as_written, &camera);
     let mut job = Job {
         args,

@@ -156,7 +156,10 @@ impl Georeference {
     /// apart.
     pub fn of_transform(crs_from_grid: [f64; 6], crs: Option<&str>, name: &str) -> Result<Self, GeoreferenceError> {
         let keys = match crs {
-            None => GeoKeys::default(),
+            None => {
+                check_transform(&crs_from_grid)?;
+                return Ok(Self { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() });
+            }
             Some(code) if code.trim().to_ascii_uppercase().starts_with("EPSG:") => super::place::keys_of_code(code)
                 .ok_or_else(|| match code.trim()[5..].trim().parse() {
                     Ok(epsg) => GeoreferenceError::UnknownCrs { epsg },
@@ -242,15 +245,21 @@ pub(super) fn from_transform(
     geokeys: GeoKeys,
     file: &str,
 ) -> Result<Georeference, GeoreferenceError> {
-    let [_, a, b, _, c, d] = crs_from_grid;
+    check_transform(&crs_from_grid)?;
+    let crs = crs_from_keys(&geokeys, file)?;
+    Ok(Georeference { crs_from_grid, crs, geokeys })
+}
+
+/// Checks that a transform places the samples apart from each other.
+fn check_transform(crs_from_grid: &[f64; 6]) -> Result<(), GeoreferenceError> {
+    let [_, a, b, _, c, d] = *crs_from_grid;
     let (determinant, scale) = (a * d - b * c, a.hypot(c) * b.hypot(d));
     let is_finite = crs_from_grid.iter().all(|value| value.is_finite());
     let smallest = a.hypot(c).min(b.hypot(d));
     if !is_finite || smallest < MIN_STEP || determinant.abs() < 1e-9 * scale {
         return Err(GeoreferenceError::PixelSize);
     }
-    let crs = crs_from_keys(&geokeys, file)?;
-    Ok(Georeference { crs_from_grid, crs, geokeys })
+    Ok(())
 }
 
 /// Returns [`Georeference::crs_from_grid`]; `None` if the tags give no transform. Of several tie points next to a pixel

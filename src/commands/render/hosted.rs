@@ -4,18 +4,23 @@
 use std::sync::Arc;
 
 use super::job::Job;
+use super::{RenderArgs, look};
 use crate::commands::misuse::Misuse;
 use crate::file::exr::{SampleKind, Samples};
 use crate::gpu::Gpu;
 use crate::picture::eyes::joined;
 use crate::picture::{self, PictureReport};
 use crate::pyramid::TileStore;
+use crate::scene::camera::Camera;
 use crate::scene::view::Pose;
 use crate::scene::{Scene, World};
 use crate::source::georeference::Georeference;
 use crate::style::Style;
 use crate::tiles::terrain::TerrainOptions;
 use crate::world::{self, OpenWorld};
+
+/// Largest number of start views that are remembered.
+const MOST_STARTS: usize = 64;
 
 /// Takes a picture; an error ends the drawing.
 pub(crate) type Take<'a> = Box<dyn FnMut(DrawnPicture) -> anyhow::Result<()> + 'a>;
@@ -54,6 +59,15 @@ pub(crate) struct Host<'a> {
     pub(crate) opened: Option<&'a mut Option<Opened>>,
     /// Takes the pictures; without it, they are written to the output.
     pub(crate) take: Option<Take<'a>>,
+    /// The start views of the open world that are known.
+    pub(crate) starts: Vec<StartView>,
+}
+
+/// The start view of a world for one aspect: it takes longer to find than a small picture to draw.
+#[derive(Clone, Copy)]
+pub(crate) struct StartView {
+    aspect: f64,
+    camera: Camera,
 }
 
 /// A world on the GPU, and what it was opened with.
@@ -61,6 +75,7 @@ pub(crate) struct Opened {
     scene: Scene,
     options: TerrainOptions,
     world: OpenWorld,
+    starts: Vec<StartView>,
 }
 
 impl Host<'_> {
@@ -100,13 +115,33 @@ impl Host<'_> {
         let slot = self.opened.as_mut()?;
         // Another world is dropped before the next is opened: both may not fit on the GPU.
         let opened = slot.take()?;
-        (opened.scene == *scene && is_same(&opened.options, options)).then_some(opened.world)
+        if opened.scene != *scene || !is_same(&opened.options, options) {
+            return None;
+        }
+        self.starts = opened.starts;
+        Some(opened.world)
+    }
+
+    /// Returns the camera of a picture in perspective; a start view is looked up, or found and remembered.
+    pub(super) fn start_camera(&mut self, args: &RenderArgs, world: &OpenWorld) -> Camera {
+        if !self.is_given() || args.camera.is_some() || args.path.is_some() {
+            return look::start_camera(args, world);
+        }
+        let aspect = look::aspect(args);
+        if let Some(known) = self.starts.iter().find(|known| known.aspect == aspect) {
+            return known.camera;
+        }
+        let camera = look::start_camera(args, world);
+        if self.starts.len() < MOST_STARTS {
+            self.starts.push(StartView { aspect, camera });
+        }
+        camera
     }
 
     /// Retains the world for the next picture.
     pub(super) fn keep(&mut self, scene: Scene, options: TerrainOptions, world: OpenWorld) {
         if let Some(slot) = &mut self.opened {
-            **slot = Some(Opened { scene, options, world });
+            **slot = Some(Opened { scene, options, world, starts: std::mem::take(&mut self.starts) });
         }
     }
 }
