@@ -46,6 +46,10 @@ struct Room {
 fn main() -> io::Result<()> {
     println!("cargo::rerun-if-changed=shaders");
     println!("cargo::rerun-if-changed=build.rs");
+    // The extension of the Python package, which is an example here: Python itself has the functions that it calls.
+    if env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "macos") {
+        println!("cargo::rustc-link-arg-examples=-Wl,-undefined,dynamic_lookup");
+    }
     let mut files = Vec::new();
     list(Path::new("shaders"), &mut files)?;
     files.sort();

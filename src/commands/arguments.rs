@@ -100,7 +100,7 @@ pub(crate) fn with_values(style: Style, values: &[SetValue]) -> anyhow::Result<S
 }
 
 /// Returns the error of a value that an option gives. Its line in the text of the style would not help.
-fn of_value(option: &str, error: StyleError) -> Misuse {
+pub(crate) fn of_value(option: &str, error: StyleError) -> Misuse {
     let cause = match error {
         StyleError::Parse(error) => error.cause,
         StyleError::Named { place, .. } => place.cause,

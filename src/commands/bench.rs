@@ -209,11 +209,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     if let Some(name) = &args.suite {
         return suite::run(name, args, adapter);
     }
-    let planned = Planned::of(args)?;
-    // Bakes the world once, if needed; then each style opens its own.
-    planned.bake()?;
-    let gpu = open_gpu(adapter)?;
-    let report = planned.measure(&gpu)?;
+    let report = measured(args, || open_gpu(adapter))?;
     if args.json {
         return print_json(&report);
     }
@@ -221,6 +217,17 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     let table = report_text::table(&report);
     let page = named(args.output.join(FILES[1]));
     print(&format!("{}, {width}x{height}\n{table}\nReport: {page} (it explains the columns)", report.adapter))
+}
+
+/// Measures one benchmark, and writes its report; `gpu` opens the GPU when the inputs are valid.
+///
+/// # Errors
+/// Fails if an input is invalid, or if the report cannot be written.
+pub(crate) fn measured(args: &BenchArgs, gpu: impl FnOnce() -> anyhow::Result<Gpu>) -> anyhow::Result<Report> {
+    let planned = Planned::of(args)?;
+    // Bakes the world once, if needed; then each style opens its own.
+    planned.bake()?;
+    planned.measure(&gpu()?)
 }
 
 fn open_gpu(adapter: &AdapterWish) -> anyhow::Result<Gpu> {

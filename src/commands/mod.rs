@@ -6,6 +6,7 @@ pub(crate) mod bench;
 pub(crate) mod completions;
 mod describe;
 pub(crate) mod height_args;
+pub mod host;
 pub(crate) mod land_args;
 pub(crate) mod layer_args;
 pub(crate) mod info;

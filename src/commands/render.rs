@@ -2,6 +2,7 @@
 
 mod features;
 mod frames;
+pub(crate) mod hosted;
 mod in_view;
 mod job;
 pub(crate) mod like;
@@ -24,6 +25,7 @@ use anyhow::bail;
 use clap::Args;
 
 use self::frames::FrameRange;
+use self::hosted::Host;
 use self::job::Job;
 use self::names::NamesArgs;
 use self::sheets::SheetArgs;
@@ -327,11 +329,24 @@ fn with_quality(mut args: RenderArgs) -> anyhow::Result<RenderArgs> {
 /// # Errors
 /// Fails if an input is invalid or if the output cannot be written.
 pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
-    run_with(args, None, adapter)
+    run_with(args, None, adapter, &mut Host::default())
 }
 
-/// Runs the command with the heights of the world, if they are open already.
-fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &AdapterWish) -> anyhow::Result<()> {
+/// Runs the command inside another program, which gives the GPU.
+///
+/// # Errors
+/// The errors of the command.
+pub(crate) fn run_hosted(args: &RenderArgs, mut host: Host<'_>) -> anyhow::Result<()> {
+    run_with(args, None, &AdapterWish::Best, &mut host)
+}
+
+/// Runs the command with the heights of the world, if they are open already, and with what the host gives.
+fn run_with(
+    given: &RenderArgs,
+    heights: Option<Arc<dyn TileStore>>,
+    adapter: &AdapterWish,
+    host: &mut Host<'_>,
+) -> anyhow::Result<()> {
     let args = given;
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     mesh::check(args, &kind)?;
@@ -352,7 +367,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     show::check(args, &kind)?;
     check_eyes(args, &kind)?;
     check_antialias(args, &kind)?;
-    let style = match liked.style {
+    let style = match host.style.clone().or(liked.style) {
         Some(style) => arguments::with_values(style, &args.set)?,
         None => arguments::style_with("--set", args.style.as_deref().unwrap_or(STYLE), &args.set)?,
     };
@@ -364,7 +379,10 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         return Err(Misuse(misuse).into());
     }
     // Read the world before the GPU is opened: its errors can be reported without one.
-    let scene = liked.names.world(args.world.scene());
+    let scene = match host.has_heights_in_memory() {
+        true => args.world.scene_in_memory(),
+        false => liked.names.world(args.world.scene()),
+    };
     let style = match &scene {
         Ok(scene) => style.with_features([!scene.features.is_empty(), scene.graticule.is_some()]),
         Err(_) => style,
@@ -393,7 +411,9 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
         bail!("cannot write {}: there is no folder {}", named(&args.output), named(folder));
     }
-    args.world.check()?;
+    if !host.has_heights_in_memory() {
+        args.world.check()?;
+    }
     let scene = scene?;
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
     // Read only once: it may be a pipe.
@@ -404,7 +424,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     }
     place_args::check_procedural(&args.look, &args.map_place, args.world.name(), &scene.world)?;
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
-    let store = match heights {
+    let store = match heights.map_or_else(|| host.store(&scene), |store| Ok(Some(store)))? {
         Some(store) => store,
         None => {
             let store = world::open_store(&scene, &Bar::default()).map_err(|error| args.world.or_drawing(error));
@@ -419,7 +439,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         mm_per_px: paper::mm_per_px(args, svg.as_ref()),
     };
     if let Some(upright) = paper::upright(given, args, &*store, &page)? {
-        return run_with(&upright, Some(store), adapter);
+        return run_with(&upright, Some(store), adapter, host);
     }
     if let Some(unscaled) = as_written.unscaled().filter(|_| args.px_per_style_px() != 1.0) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
@@ -431,15 +451,26 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
     let around = map::around_place(args, &*store)?;
     let args = around.as_ref().unwrap_or(args);
-    let gpu = Gpu::open(adapter)?;
-    world::store_pipelines(&gpu);
+    let gpu = match &host.gpu {
+        Some(gpu) => gpu.clone(),
+        None => {
+            let gpu = Gpu::open(adapter)?;
+            world::store_pipelines(&gpu);
+            gpu
+        }
+    };
     let options = TerrainOptions {
         lod_error_px: args.lod_error(),
         tile_memory_bytes: args.tile_memory() << 20,
         loading: Loading::Wait,
         ..TerrainOptions::default()
     };
-    let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
+    let (asked, asked_options) = (scene.clone(), options);
+    let world = match host.opened(&asked, &asked_options) {
+        Some(world) => world,
+        None => liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?,
+    };
+    let opened_scene = world.scene.clone();
     args.world.land.warn(&world, &style);
     let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, look::aspect(args))).transpose()?;
     let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
@@ -455,7 +486,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px())?,
         None => titled,
     };
-    let camera = map.as_ref().map_or_else(|| look::start_camera(args, &world), |map| Map::camera(&map.pose));
+    let camera = map.as_ref().map_or_else(|| host.start_camera(args, &world), |map| Map::camera(&map.pose));
     let imprint = like::imprint(args, &kind, &as_written, &camera);
     let mut job = Job {
         args,
@@ -476,6 +507,7 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
         tone_curve: None,
         imprint,
         drawing: job::Drawing::default(),
+        take: host.take.take(),
     };
     if let (Some(name), Some(flight)) = (&args.path, &job.flight) {
         path_fit::check_places(name, flight, &job.world.surfaces.terrain.ground_heights())?
@@ -517,6 +549,11 @@ fn run_with(given: &RenderArgs, heights: Option<Arc<dyn TileStore>>, adapter: &A
     }
     if let Some(left_out) = left_out {
         tracing::warn!("{}: leaves out {left_out} of the style", named(&args.output));
+    }
+    if host.is_given() {
+        job.world.scene = opened_scene;
+        host.keep(asked, asked_options, job.world);
+        return Ok(());
     }
     if args.json {
         let report = job.report(&cameras, written, report);

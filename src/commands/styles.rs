@@ -124,6 +124,22 @@ pub(crate) fn run(args: &StylesArgs) -> anyhow::Result<()> {
     }
 }
 
+/// Loads a preset or a style file, with its text.
+///
+/// # Errors
+/// Fails for an unknown preset or an invalid style file.
+pub(crate) fn load(name: &str) -> anyhow::Result<(Style, String)> {
+    all::load(name)
+}
+
+/// Returns the parameters of a style as JSON; `text` is the TOML from which it was read.
+///
+/// # Errors
+/// Fails if a value cannot be written as JSON.
+pub(crate) fn parameters(style: &Style, text: &str) -> anyhow::Result<String> {
+    Ok(serde_json::to_string(&all::rows(style, text)?)?)
+}
+
 /// Checks that `file` is not the name of a preset, since `action` reads a file.
 ///
 /// # Errors

@@ -9,10 +9,12 @@ use super::height_args::HeightArgs;
 use super::land_args::LandArgs;
 use super::layer_args::LayerArgs;
 use super::light_args::LightArgs;
+use super::misuse::Misuse;
 use super::water_args::WaterArgs;
 use crate::file::unnamed;
 use crate::scene::reach::Reach;
-use crate::scene::{Forest, Scene, ranges};
+use crate::scene::{Forest, Scene, World, ranges};
+use crate::source::OpenOptions;
 use crate::world::{self, WorldError};
 
 /// The world that is drawn.
@@ -65,6 +67,25 @@ impl WorldArgs {
         self.layers.check()
     }
 
+    /// Checks the options of heights in memory, and returns their scene.
+    ///
+    /// # Errors
+    /// An option that only heights from files have, and the errors of [`LightArgs::check`] and [`WaterArgs::check`].
+    pub(crate) fn scene_in_memory(&self) -> anyhow::Result<Scene> {
+        self.light.check()?;
+        self.water.check()?;
+        self.layers.check()?;
+        let scene = self.applied_to(Scene::of_world(World::Memory))?;
+        // Holes of an array may be filled, as those of a file.
+        match scene.heights == (OpenOptions { voids: scene.heights.voids, ..OpenOptions::default() }) {
+            true => Ok(scene),
+            false => {
+                let options = "--nodata, --height-unit and the other options of height files";
+                Err(Misuse(format!("{options}: do not apply to heights in memory; change the array")).into())
+            }
+        }
+    }
+
     /// Reads the scene of the world; the options replace its values.
     ///
     /// # Errors
@@ -80,11 +101,16 @@ impl WorldArgs {
     pub(crate) fn scene_and_forest(&self) -> anyhow::Result<(Scene, Option<Forest>)> {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
         let own_forest = scene.forest.clone();
+        Ok((self.applied_to(scene)?, own_forest))
+    }
+
+    /// Returns a scene with the values of the options.
+    fn applied_to(&self, scene: Scene) -> anyhow::Result<Scene> {
         // First, because another seed removes the scene's own focus, but not that of the command line.
         let scene = self.land.apply_to(self.name(), scene)?;
         let mut scene = self.layers.apply_to(self.water.apply_to(self.light.apply_to(self.heights.apply_to(scene))));
         scene.vertical_exaggeration = self.exaggeration.unwrap_or(scene.vertical_exaggeration);
-        Ok((scene, own_forest))
+        Ok(scene)
     }
 
     /// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.

@@ -147,6 +147,29 @@ impl Georeference {
         Self { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
     }
 
+    /// Returns the georeference of a grid with this transform for sample centres ([`Georeference::crs_from_grid`]).
+    /// `crs` is a code such as `EPSG:2056`, or Well-Known Text; without it, coordinates are in metres and the grid has no
+    /// position on the earth. Errors and warnings call the grid `name`.
+    ///
+    /// # Errors
+    /// The reference system is unknown or geocentric, or the samples coincide, are on a line, or are infinitely far
+    /// apart.
+    pub fn of_transform(crs_from_grid: [f64; 6], crs: Option<&str>, name: &str) -> Result<Self, GeoreferenceError> {
+        let keys = match crs {
+            None => {
+                check_transform(&crs_from_grid)?;
+                return Ok(Self { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() });
+            }
+            Some(code) if code.trim().to_ascii_uppercase().starts_with("EPSG:") => super::place::keys_of_code(code)
+                .ok_or_else(|| match code.trim()[5..].trim().parse() {
+                    Ok(epsg) => GeoreferenceError::UnknownCrs { epsg },
+                    Err(_) => GeoreferenceError::UnknownText,
+                })?,
+            Some(text) => super::wkt::keys(text).ok_or(GeoreferenceError::UnknownText)?,
+        };
+        from_transform(crs_from_grid, keys, name)
+    }
+
     /// Returns the georeference in which column and row are the coordinates x and y themselves (x first). Without a
     /// code these are longitudes and latitudes on WGS 84.
     ///
@@ -222,15 +245,21 @@ pub(super) fn from_transform(
     geokeys: GeoKeys,
     file: &str,
 ) -> Result<Georeference, GeoreferenceError> {
-    let [_, a, b, _, c, d] = crs_from_grid;
+    check_transform(&crs_from_grid)?;
+    let crs = crs_from_keys(&geokeys, file)?;
+    Ok(Georeference { crs_from_grid, crs, geokeys })
+}
+
+/// Checks that a transform places the samples apart from each other.
+fn check_transform(crs_from_grid: &[f64; 6]) -> Result<(), GeoreferenceError> {
+    let [_, a, b, _, c, d] = *crs_from_grid;
     let (determinant, scale) = (a * d - b * c, a.hypot(c) * b.hypot(d));
     let is_finite = crs_from_grid.iter().all(|value| value.is_finite());
     let smallest = a.hypot(c).min(b.hypot(d));
     if !is_finite || smallest < MIN_STEP || determinant.abs() < 1e-9 * scale {
         return Err(GeoreferenceError::PixelSize);
     }
-    let crs = crs_from_keys(&geokeys, file)?;
-    Ok(Georeference { crs_from_grid, crs, geokeys })
+    Ok(())
 }
 
 /// Returns [`Georeference::crs_from_grid`]; `None` if the tags give no transform. Of several tie points next to a pixel

@@ -23,7 +23,7 @@ use serde::Deserialize;
 
 use super::georeference::Georeference;
 use super::reader::{HeightReader, Window};
-use super::{Encoding, SourceError, WorldMapping};
+use super::{Encoding, HeightGrid, SourceError, WorldMapping};
 
 /// Largest extent of a hole that is filled: it must fit in a square of this many samples.
 pub(crate) const MAX_EXTENT: u32 = 256;
@@ -99,6 +99,17 @@ pub struct Filled {
 pub(crate) fn filled(inner: Box<dyn HeightReader>) -> Box<dyn HeightReader> {
     let spacing_m = spacing_m(inner.georeference(), inner.size());
     Box::new(Filled { inner, spacing_m })
+}
+
+/// Fills the small holes of a grid in memory, and removes its spikes, as [`VoidMode::Fill`] does for a file.
+pub(crate) fn fill_grid(grid: &mut HeightGrid) -> FilledSamples {
+    if grid.heights_m.iter().all(|height_m| height_m.is_finite()) {
+        return FilledSamples::default();
+    }
+    let size = [grid.width, grid.height];
+    let way = Way { size, spacing_m: spacing_m(&grid.georeference, size), limits: Limits::FINEST };
+    let whole = Window::whole(size);
+    fill(&mut grid.heights_m, whole, whole, &way)
 }
 
 /// Returns the sample spacing in metres in the middle of a grid, as the geometric mean of both directions; infinite for

@@ -7,6 +7,7 @@ use anyhow::{anyhow, bail};
 use serde::Serialize;
 
 use super::frames::WarmUp;
+use super::hosted::Take;
 use super::map::{PlacedMap, Sidecars};
 use super::numbers::blocks_px;
 use super::sheets::SheetsReport;
@@ -118,6 +119,8 @@ pub(super) struct Job<'a> {
     pub(super) imprint: Imprint,
     /// How far the drawing is.
     pub(super) drawing: Drawing,
+    /// Takes the pictures of a program in which hachure is embedded; they are not written to files.
+    pub(super) take: Option<Take<'a>>,
 }
 
 /// The progress of a drawing: the pictures of a film share one bar.
@@ -244,6 +247,9 @@ impl Job<'_> {
                 continue;
             }
             let report = match (&kind, &mut film) {
+                (OutputKind::Picture(_) | OutputKind::Frames(..), _) if self.take.is_some() => {
+                    self.in_memory(pose, previous)?
+                }
                 (OutputKind::Picture(_), _) if self.args.show.is_some() => self.show(&output, pose)?,
                 (OutputKind::Picture(format), _) => self.picture(&output, *format, pose, previous)?,
                 (OutputKind::Frames(pattern, format), _) => {
@@ -376,7 +382,7 @@ impl Job<'_> {
     }
 
     /// Returns the channels of an EXR. Both eyes of a stereo pair are views of one file, each of the size of one eye.
-    fn exr_channels(&self) -> Vec<(String, SampleKind)> {
+    pub(super) fn exr_channels(&self) -> Vec<(String, SampleKind)> {
         let colour = ["R", "G", "B", "A"].map(|name| (name, SampleKind::F32));
         let planes = self.planes.iter().map(|plane| (plane.name.as_str(), plane.source.kind()));
         let channels: Vec<_> = colour.into_iter().chain(planes).collect();
