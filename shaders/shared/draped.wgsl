@@ -18,8 +18,7 @@ struct DrapedRules {
     point_px: f32,
     dash_px: f32,
     gap_px: f32,
-    // Distance of the samples of the land, in metres.
-    sample_m: f32,
     pad_a: f32,
     pad_b: f32,
+    pad_c: f32,
 }

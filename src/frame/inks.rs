@@ -96,7 +96,6 @@ pub(super) fn draw_features(
         style: layer,
         blocks: features.layer(number),
         origin_m: inputs.rig.origin_m,
-        sample_m: terrain.grid_projection().spacing_m(),
         distance: at_eye.distance,
         normal: at_eye.normal,
         ink: &ink,

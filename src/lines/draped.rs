@@ -49,8 +49,6 @@ pub(crate) struct Inputs<'a> {
     pub blocks: Option<ResidentBlocks<'a>>,
     /// The rig's origin in the world.
     pub origin_m: DVec3,
-    /// Distance between the samples of the land, in metres.
-    pub sample_m: f64,
     pub distance: &'a Target,
     pub normal: &'a Target,
     /// [`FEATURE_INK`].
@@ -74,9 +72,9 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         point_px: style.point_px,
         dash_px: style.dash_px,
         gap_px: style.gap_px,
-        sample_m: inputs.sample_m as f32,
         pad_a: 0.0,
         pad_b: 0.0,
+        pad_c: 0.0,
     };
     let rules = recorder.uniform("draped rules", &rules);
     let pieces =

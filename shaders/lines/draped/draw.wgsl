@@ -8,11 +8,10 @@
 #import hachure::line_ink::line_ink
 #import hachure::draped::{DrapedPiece, DrapedRules, DOT}
 
-// How far behind the plane a line is still visible, in pixels and in parts of the distance between samples; and the least
-// cosine of the angle between ray and normal that counts: along a crest, where it is 0, lines far behind would be visible.
-const CLOSE_PX: f32 = 1.5;
-const CLOSE_SAMPLES: f32 = 0.02;
-const LEAST_FACING: f32 = 0.06;
+// How far behind the plane a line is still visible, in pixels; and the least cosine of the angle between ray and normal
+// that counts: along a crest, where it is 0, lines far behind would be visible.
+const CLOSE_PX: f32 = 0.8;
+const LEAST_FACING: f32 = 0.1;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: DrapedRules;
@@ -54,7 +53,7 @@ fn is_seen(pixel: vec2<i32>, px: vec2<f32>, depth_m: f32) -> bool {
     let facing = normal_seen(normal, pixel);
     let toward_eye = select(facing, -facing, dot(facing, from_eye(view, surface_m)) > 0.0);
     let before_m = dot(toward_eye, place_at(view, px, depth_m) - surface_m);
-    let close_m = CLOSE_PX * seen_m / view.focal_px + CLOSE_SAMPLES * rules.sample_m;
+    let close_m = CLOSE_PX * seen_m / view.focal_px;
     return seen_m > 0.0 && before_m >= -close_m && (depth_m - seen_m) * LEAST_FACING <= close_m;
 }
 
