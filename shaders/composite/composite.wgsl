@@ -58,7 +58,7 @@ struct Composite {
     horizon: vec2<f32>,
     // Linear colour that tones far from the focus approach.
     unfocused: vec3<f32>,
-    inks: array<Ink, 12>,
+    inks: array<Ink, 13>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -108,6 +108,9 @@ struct Composite {
 #endif
 #ifdef INK_11
 @group(0) @binding(18) var ink_11: texture_2d<f32>;
+#endif
+#ifdef INK_12
+@group(0) @binding(19) var ink_12: texture_2d<f32>;
 #endif
 
 // Returns the fraction of the contrast that haze leaves at a distance; `reach` is how many times farther than tones the
@@ -268,6 +271,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #ifdef INK_11
     let texel_11 = textureLoad(ink_11, pixel, 0);
 #endif
+#ifdef INK_12
+    let texel_12 = textureLoad(ink_12, pixel, 0);
+#endif
 #ifdef LINES
     var line = 0.0;
 #ifdef INK_0
@@ -306,6 +312,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #ifdef INK_11
     line = max(line, line_ink(11u, texel_11));
 #endif
+#ifdef INK_12
+    line = max(line, line_ink(12u, texel_12));
+#endif
     place.nearest = nearest_surface(pixel, line > 0.0);
 #endif
 #ifdef INK_0
@@ -343,6 +352,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
 #ifdef INK_11
     color = inked(color, 11u, texel_11, place);
+#endif
+#ifdef INK_12
+    color = inked(color, 12u, texel_12, place);
 #endif
 #ifdef BORDERED
 #ifdef GRAIN

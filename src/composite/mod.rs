@@ -31,11 +31,15 @@ pub(crate) const NOTHING: TargetKind = TargetKind::storage(
 );
 
 /// The shader's variables for the pictures of inks, from the bottom to the top.
-const NAMES: [&str; MAX_INKS] =
-    ["ink_0", "ink_1", "ink_2", "ink_3", "ink_4", "ink_5", "ink_6", "ink_7", "ink_8", "ink_9", "ink_10", "ink_11"];
+const NAMES: [&str; MAX_INKS] = [
+    "ink_0", "ink_1", "ink_2", "ink_3", "ink_4", "ink_5", "ink_6", "ink_7", "ink_8", "ink_9", "ink_10", "ink_11",
+    "ink_12",
+];
 /// The shader's definitions for inks.
-const INKS: [&str; MAX_INKS] =
-    ["INK_0", "INK_1", "INK_2", "INK_3", "INK_4", "INK_5", "INK_6", "INK_7", "INK_8", "INK_9", "INK_10", "INK_11"];
+const INKS: [&str; MAX_INKS] = [
+    "INK_0", "INK_1", "INK_2", "INK_3", "INK_4", "INK_5", "INK_6", "INK_7", "INK_8", "INK_9", "INK_10", "INK_11",
+    "INK_12",
+];
 
 // The shader's array of inks has as many entries.
 const _: fn(CompositeUniform) -> [InkUniform; MAX_INKS] = |uniform| uniform.inks;

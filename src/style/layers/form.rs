@@ -393,11 +393,12 @@ mod tests {
         // Two kinds may be there four times, and then there is no room for all others.
         let four = |kind: &str, rest: &str| format!("[[layers]]\nkind = \"{kind}\"\n{rest}").repeat(4);
         let cuts = four("cuts", "[[layers.families]]\n");
-        let many = format!("{head}{cuts}{}[[layers]]\nkind = \"strokes\"\nwidth_px = 2\n", four("height_lines", ""));
+        let rest = "[[layers]]\nkind = \"features\"\n[[layers]]\nkind = \"strokes\"\nwidth_px = 2\n";
+        let many = format!("{head}{cuts}{}{rest}", four("height_lines", ""));
         Style::parse("x.toml", &many).unwrap();
         let more = format!("{many}[[layers]]\nkind = \"tone_lines\"\n");
         let error = Style::parse("x.toml", &more).unwrap_err().to_string();
-        assert!(error.contains("layers have 13 inks; at most 12 are allowed"), "{error}");
+        assert!(error.contains("layers have 14 inks; at most 13 are allowed"), "{error}");
         let error = Style::parse("x.toml", "").unwrap_err().to_string();
         assert_eq!(error, "x.toml:1:1: the keys \"name\", \"description\", \"tone\" are missing");
         let error = Style::parse("x.toml", &format!("{head}[lines]\n")).unwrap_err().to_string();

@@ -10,7 +10,7 @@ use crate::style::{Color, StyleError};
 
 /// Largest number of inks of a frame. The composite binds a picture for each, besides position, tone and sky, and a
 /// device need not offer more than 16 pictures to a shader.
-pub(crate) const MAX_INKS: usize = 12;
+pub(crate) const MAX_INKS: usize = 13;
 
 /// Ink of one colour that a layer draws. A layer has one ink or several; all of them are channels of the picture that
 /// the layer's passes write.

@@ -32,8 +32,8 @@ parameters! {
         shortest_px called "Shortest stroke": f32 = 4.0 => Range::Within(0.0, 1000.0);
         /// Shorter strokes within a slope, with land behind them less than 15 % farther away, are left out.
         shortest_interior_px called "Shortest within slopes": f32 = 0.0 => Range::Within(0.0, 1000.0);
-        /// How strongly width depends on distance; 0 is not at all, larger values make near strokes that hide land wider, and
-        /// far ones thinner.
+        /// How strongly width depends on distance; 0 is not at all; larger values make near lines that hide land wider, far
+        /// ones thinner.
         depth_width called "Width by distance": f32 = 0.0 => Range::Within(0.0, 1.0), zero "none";
         /// Width of outlines with land at least 24 % farther away behind them, as a fraction of that of skylines.
         occluding_width called "Width before land": f32 = 1.0 => Range::Within(0.0, 1.0);

@@ -123,6 +123,7 @@ fn item(definition: &Definition, random: &mut Random, all: bool) -> Item {
         ValueKind::Text => value(match definition.key {
             "texture" => random.pick(&texture::names()).to_owned(),
             "marks" => random.pick(&marks::names()).to_owned(),
+            "when" => random.pick(&["", "kind == 'path'", "ele > 2000 and name is not none"]).to_owned(),
             "environment" => "src/tests/style_parameters/white.hdr".to_owned(),
             _ => random.text(),
         }),
