@@ -192,7 +192,7 @@ fn crowded_skylines_stay() {
     let camera = "0,-22000,+1200,4,-7,50";
     // As many lines as presets merge leave too few for the planted error.
     let style = |cap: f32| ink(|strokes| (strokes.crowd, strokes.merge_px) = (cap, 1.5));
-    let [free, capped] = [1.0, 0.005].map(|cap| drawn(&mut world, camera, &style(cap)));
+    let [free, capped] = [1.0, 0.01].map(|cap| drawn(&mut world, camera, &style(cap)));
     let below = |drawn: &Drawn| -> f32 {
         let first = |x: usize| skyline(drawn, x).map_or(0, |y| y + 5);
         (0..WIDTH).flat_map(|x| (first(x)..HEIGHT).map(move |y| y * WIDTH + x)).map(|at| drawn.ink[at]).sum()
@@ -200,7 +200,7 @@ fn crowded_skylines_stay() {
     let (gap_px, inks) = (longest_gap_px(&capped), [&free, &capped].map(below));
     println!("below the skyline {inks:?}; gaps {gap_px} px");
     assert!(gap_px <= 3);
-    assert!(inks[1] < 0.4 * inks[0], "planted: the cap must remove lines");
+    assert!(inks[1] < 0.5 * inks[0], "planted: the cap must remove lines");
 }
 
 /// The length of each stroke, and the mean step behind it, as a part of the step of a line that hides land.

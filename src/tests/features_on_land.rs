@@ -26,8 +26,8 @@ const STEP_M: f64 = 25.0;
 const SAMPLES: u32 = 321;
 /// Projected coordinates of the world's origin.
 const ORIGIN_M: DVec2 = DVec2::new(500_000.0, 5_200_000.0);
-/// From above, along valleys with hidden slopes, and over nearly level land at a low height.
-const CAMERAS: [&str; 3] = ["0,0,6000,0,-90,45", "300,-3500,2300,-4,-24,50", "-600,-2600,+90,20,-6,60"];
+/// From above, and along and across hills that hide more of the line than they show.
+const CAMERAS: [&str; 3] = ["0,0,6000,0,-90,45", "1500,-2500,+350,20,-15,60", "-2500,500,+500,90,-15,60"];
 /// Distance between places on a line where it is compared, in metres.
 const PLACE_M: f64 = 1.0;
 

@@ -250,8 +250,8 @@ fn add_kinds(traces: &mut Traces, world: &mut World, pose: Pose, pen: &Style) {
     let trace = drawing(world, &mut renderer, pen, [pose; 2]);
     traces.add("headsets that hide areas", &trace);
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("point.csv");
-    std::fs::write(&path, "x,y\n950,-850\n").unwrap();
+    let path = folder.path().join("line.csv");
+    std::fs::write(&path, "wkt,name\n\"LINESTRING (-800 -800,800 800)\",a\n").unwrap();
     let store = world.surfaces.terrain.store();
     let (place, size) = (store.georeference().clone(), store.levels()[0]);
     let samples = [size.width, size.height];

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 use super::super::message::{brief, did_you_mean, named, quoted, shown};
 
 /// Largest total number of characters of a list of known names in a message.
-const LISTED: usize = 100;
+const LISTED: usize = 120;
 
 /// A mistake and its position.
 #[derive(Clone, Debug)]
