@@ -100,6 +100,9 @@ def _text(value: Any) -> str:
 #: Options that the package sets itself, or that only make sense in a terminal.
 _OWN = {"output", "o", "json", "like", "adapter", "verbose", "help", "version"}
 
+#: Options that may be repeated: a sequence is several values of them.
+_REPEATED = {"layer", "set"}
+
 
 def _words(options: Mapping[str, Any]) -> list[str]:
     """Returns keywords as words of the command line: ``sea_level=3`` is ``--sea-level=3``."""
@@ -110,7 +113,9 @@ def _words(options: Mapping[str, Any]) -> list[str]:
             raise HachureError(f"{key}: is an option of the program only")
         if value is None or value is False:
             continue
-        words.append(f"--{name}" if value is True else f"--{name}={_text(value)}")
+        repeated = key in _REPEATED and isinstance(value, Sequence) and not isinstance(value, str)
+        for part in value if repeated else [value]:
+            words.append(f"--{name}" if part is True else f"--{name}={_text(part)}")
     return words
 
 
@@ -918,7 +923,7 @@ _OPENING = ("transform", "crs", "nodata", "spacing_m", "adapter")
 #: Options of the program that decide how a world is opened; an open one is opened again for them.
 _OF_WORLD = (
     "voids", "encoding", "height_unit", "height_scale", "height_offset", "tile_rows", "exaggeration", "sea_level", "trees",
-    "seed", "water", "date", "place", "trust_scene",
+    "seed", "water", "layer", "graticule", "date", "place", "trust_scene",
 )  # fmt: skip
 
 

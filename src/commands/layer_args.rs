@@ -12,10 +12,10 @@ use crate::scene::{FeatureFile, Graticule, Scene};
 /// Which features are drawn on the land.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LayerArgs {
-    /// Draw the points, lines and outlines of areas of this file on the land, with its layers in any reference system:
-    /// GeoJSON, GPX, CSV with coordinates, GeoPackage or FlatGeobuf; may be repeated, and adds to those of the scene; how
-    /// they look is `--set features.ink=#204080`, `features.line_px`, `features.when` and other values of that layer of
-    /// the style
+    /// Draw the points, lines and outlines of areas of this file on the land: GeoJSON, GPX, CSV with coordinates, GeoPackage
+    /// or FlatGeobuf, in any reference system. All layers of the file are drawn; `--set features.file=LAYER` draws one.
+    /// May be repeated, and adds to the files of the scene. `--set features.ink=#204080` and other values of that layer
+    /// of the style say how features look
     #[arg(long, value_name = "FILE")]
     pub layer: Vec<PathBuf>,
     /// Draw meridians and parallels on the land, this far apart in degrees (0.1, 6' or 30"), or the lines of the grid of

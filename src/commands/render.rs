@@ -472,6 +472,7 @@ fn run_with(
     };
     let opened_scene = world.scene.clone();
     args.world.land.warn(&world, &style);
+    world.surfaces.feature_doubts(&style).iter().for_each(|doubt| tracing::warn!("{doubt}"));
     let looking = looked_at_m.map(|place_m| args.look.camera(place_m, &world, look::aspect(args))).transpose()?;
     let looking = looking.map(|camera| RenderArgs { camera: Some(camera), ..args.clone() });
     let args = looking.as_ref().unwrap_or(args);

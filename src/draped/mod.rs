@@ -23,9 +23,9 @@ pub(crate) use self::resident::{Resident, ResidentBlocks};
 use self::tree::{LineTree, Sight};
 use crate::features::Attributes;
 use crate::features::when::When;
+use crate::file::message::{printable, quoted};
 use crate::scene::frustum::Bounds;
 use crate::scene::view::Rig;
-use crate::style::layers::GRATICULE;
 use crate::style::{FeatureKinds, Features};
 
 /// Largest error of a simplified line, in pixels.
@@ -48,6 +48,21 @@ pub(crate) struct Draped {
 struct Source {
     file: String,
     layer: String,
+    /// Names of its attributes.
+    attributes: Vec<String>,
+    /// Whether it is the graticule, and not from a file.
+    is_graticule: bool,
+}
+
+impl Source {
+    /// Returns whether a layer of a style names this source, by its file or its layer in lower case. A graticule is drawn
+    /// only by a layer that names it.
+    fn is_named(&self, name: &str) -> bool {
+        match name {
+            "" => !self.is_graticule,
+            name => self.file == name || self.layer == name,
+        }
+    }
 }
 
 /// A line or a point of the tree.
@@ -73,16 +88,20 @@ struct Rule {
     file: String,
     when: String,
     of: FeatureKinds,
+    /// Whether lines have a width, and points a diameter.
+    has_lines: bool,
+    has_points: bool,
 }
 
 impl Rule {
     fn of(layer: &Features) -> Self {
-        // Lines of no width are not drawn, and neither are points.
-        let of = match (layer.of, layer.line_px > 0.0, layer.point_px > 0.0) {
-            (FeatureKinds::All, false, _) => FeatureKinds::Points,
-            (of, ..) => of,
-        };
-        Self { file: layer.file.to_lowercase(), when: layer.when.clone(), of }
+        Self {
+            file: layer.file.to_lowercase(),
+            when: layer.when.clone(),
+            of: layer.of,
+            has_lines: layer.line_px > 0.0,
+            has_points: layer.point_px > 0.0,
+        }
     }
 
     fn draws(&self, part: &Part, sources: &[Source], when: Option<&When>) -> bool {
@@ -92,13 +111,12 @@ impl Rule {
             FeatureKinds::Lines => part.kind == PartKind::Line,
             FeatureKinds::Areas => part.kind == PartKind::Ring,
         };
+        let has_size = if part.kind == PartKind::Point { self.has_points } else { self.has_lines };
         let source = sources.get(part.source as usize);
-        // A graticule is drawn only by a layer that names it.
-        let is_named = |source: &Source| match self.file.as_str() {
-            "" => source.file != GRATICULE,
-            name => source.file == name || source.layer == name,
-        };
-        is_of_kind && source.is_some_and(is_named) && when.is_none_or(|when| when.is_met(&part.attributes))
+        is_of_kind
+            && has_size
+            && source.is_some_and(|source| source.is_named(&self.file))
+            && when.is_none_or(|when| when.is_met(&part.attributes))
     }
 }
 
@@ -111,6 +129,13 @@ pub(crate) struct DrawnBlock {
     pub origin_m: DVec2,
 }
 
+/// What a layer draws in a view.
+struct InView {
+    blocks: Vec<DrawnBlock>,
+    /// Number of blocks for which there is no room.
+    left_out: usize,
+}
+
 impl Draped {
     /// Returns whether no feature is on the land.
     pub(crate) fn is_empty(&self) -> bool {
@@ -119,8 +144,42 @@ impl Draped {
 
     /// Returns whether there are features of files, and whether there is a graticule.
     pub(crate) fn has_features_and_graticule(&self) -> [bool; 2] {
-        let is_graticule = |source: &Source| source.file == GRATICULE;
-        [self.sources.iter().any(|source| !is_graticule(source)), self.sources.iter().any(is_graticule)]
+        let has = |is_graticule: bool| self.sources.iter().any(|source| source.is_graticule == is_graticule);
+        [has(false), has(true)]
+    }
+
+    /// Returns what is wrong with the layers of a style, each as a clause: names of files and attributes that do not exist,
+    /// and features that no layer draws.
+    pub(crate) fn doubts(&self, layers: &[&Features]) -> Vec<String> {
+        let mut doubts = Vec::new();
+        let named = |layer: &Features| {
+            let name = layer.file.to_lowercase();
+            self.sources.iter().filter(move |source| source.is_named(&name)).collect::<Vec<_>>()
+        };
+        for layer in layers {
+            let sources = named(layer);
+            if sources.is_empty() && !layer.file.is_empty() {
+                let mut known: Vec<&str> = self.sources.iter().map(|source| source.layer.as_str()).collect();
+                known.dedup();
+                doubts.push(format!(
+                    "features.file: no file or layer is called {}; there are {}",
+                    quoted(&layer.file),
+                    printable(&known.join(", "), 200)
+                ));
+            }
+            let attributes: Vec<&str> =
+                sources.iter().flat_map(|source| source.attributes.iter().map(String::as_str)).collect();
+            let when = (!layer.when.is_empty()).then(|| When::parse(&layer.when).ok()).flatten();
+            if let Some(error) = when.filter(|_| !sources.is_empty()).and_then(|when| when.check(&attributes).err()) {
+                doubts.push(format!("features.when: {error}"));
+            }
+        }
+        let is_drawn = |source: &Source| layers.iter().any(|layer| source.is_named(&layer.file.to_lowercase()));
+        for source in self.sources.iter().filter(|source| !is_drawn(source)) {
+            let name = quoted(&source.layer);
+            doubts.push(format!("features: no layer of the style draws {name}; add one with file = {name}"));
+        }
+        doubts
     }
 
     /// Returns which parts a layer of a style draws.
@@ -140,7 +199,7 @@ impl Draped {
     }
 
     /// Returns the blocks that a layer of a style draws in a view of land with heights `range_m`: at most `most`.
-    fn blocks_in_view(&self, layer: &Features, rig: &Rig, range_m: [f64; 2], most: usize) -> Vec<DrawnBlock> {
+    fn blocks_in_view(&self, layer: &Features, rig: &Rig, range_m: [f64; 2], most: usize) -> InView {
         let drawn = self.drawn_by(&Rule::of(layer));
         let bounds = |low: DVec2, high: DVec2, from: glam::DVec3| Bounds {
             low_m: low.extend(range_m[0]) - from,
@@ -156,11 +215,11 @@ impl Draped {
         let is_drawn = |part: u32| drawn.get(part as usize).copied().unwrap_or(false);
         let sight = Sight { is_seen: &is_seen, pixel_m: &pixel_m, is_drawn: &is_drawn, error_px: ERROR_PX };
         let mut chosen = Vec::new();
-        self.tree.choose(&sight, most, &mut chosen);
+        let left_out = self.tree.choose(&sight, most, &mut chosen).left_out;
         let blocks = self.tree.blocks();
         let block = |index: &u32| {
             blocks.get(*index as usize).map(|block| DrawnBlock { index: *index, origin_m: block.origin_m })
         };
-        chosen.iter().filter_map(block).collect()
+        InView { blocks: chosen.iter().filter_map(block).collect(), left_out }
     }
 }

@@ -18,6 +18,8 @@ use crate::style::layers::GRATICULE;
 /// Largest number of positions on the land, and of lines and points, of all files.
 const MAX_POSITIONS: usize = 1 << 25;
 const MAX_PARTS: usize = 1 << 22;
+/// Largest memory of the attributes of all features.
+const MAX_ATTRIBUTE_BYTES: usize = 1 << 30;
 
 /// Why files of features cannot be drawn. One line that names the file.
 #[derive(Debug, thiserror::Error)]
@@ -38,8 +40,8 @@ pub enum DrapedError {
     },
     /// There is no memory for so many.
     #[error(
-        "{}: has more than {MAX_POSITIONS} positions or {MAX_PARTS} lines and points on the land, with the files before \
-         it; clip or simplify it, for example with ogr2ogr -simplify",
+        "{}: has more than {MAX_POSITIONS} positions, {MAX_PARTS} lines and points or 1 GiB of attributes on the land, with \
+         the files before it; clip or simplify it, for example with ogr2ogr -clipdst, -simplify or -select",
         named(path)
     )]
     TooMany {
@@ -55,6 +57,7 @@ struct Found {
     parts: Vec<Part>,
     sources: Vec<Source>,
     positions: usize,
+    attribute_bytes: usize,
 }
 
 impl Draped {
@@ -81,7 +84,10 @@ impl Draped {
                 found.read(path, &Choice { layer }, place, samples)?;
             }
             if found.parts.len() == before {
-                tracing::warn!("{}: none of its features are on the land", named(path));
+                tracing::warn!(
+                    "{}: none of its features are on the land; hachure info prints where they are, and where the land is",
+                    named(path)
+                );
             }
         }
         if let Some(graticule) = graticule {
@@ -114,18 +120,26 @@ impl Found {
         let land = OnLand::new(path, summary.crs.as_ref(), place, samples)?;
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()).unwrap_or_default();
         let first_source = self.sources.len() as u32;
-        let layers = summary.layers.iter().map(|layer| layer.name.to_lowercase());
-        self.sources.extend(layers.map(|layer| Source { file: stem.clone(), layer }));
+        let attributes: Vec<String> = summary.attributes.iter().map(|attribute| attribute.name.to_string()).collect();
+        self.sources.extend(summary.layers.iter().map(|layer| Source {
+            file: stem.clone(),
+            layer: layer.name.to_lowercase(),
+            attributes: attributes.clone(),
+            is_graticule: false,
+        }));
         let summary = features::read(path, choice, &mut |feature| {
             self.add(feature, first_source, &land);
-            let is_full = self.positions > MAX_POSITIONS || self.parts.len() > MAX_PARTS;
-            if is_full { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.is_full() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })?;
-        if self.positions > MAX_POSITIONS || self.parts.len() > MAX_PARTS {
+        if self.is_full() {
             return Err(DrapedError::TooMany { path: path.to_owned() });
         }
         report(path, &summary);
         Ok(())
+    }
+
+    fn is_full(&self) -> bool {
+        self.positions > MAX_POSITIONS || self.parts.len() > MAX_PARTS || self.attribute_bytes > MAX_ATTRIBUTE_BYTES
     }
 
     /// Adds the lines of a graticule.
@@ -133,8 +147,13 @@ impl Found {
         let ruled = graticule::lines(graticule, place, samples)?;
         let land = OnLand::of_land(place, samples)?;
         let source = self.sources.len() as u32;
-        self.sources.push(Source { file: GRATICULE.to_owned(), layer: GRATICULE.to_owned() });
         let names: [Arc<str>; 2] = ["kind".into(), "value".into()];
+        self.sources.push(Source {
+            file: GRATICULE.to_owned(),
+            layer: GRATICULE.to_owned(),
+            attributes: names.iter().map(|name| name.to_string()).collect(),
+            is_graticule: true,
+        });
         for GridLine { kind, value, line } in ruled {
             let mut attributes = Attributes::default();
             attributes.push(Arc::clone(&names[0]), Value::Text(kind.to_owned()));
@@ -151,6 +170,7 @@ impl Found {
     fn add(&mut self, feature: Feature, first_source: u32, land: &OnLand) {
         let source = first_source + feature.layer as u32;
         let attributes = Arc::new(feature.attributes);
+        let before = self.parts.len();
         let mut add = |kind: PartKind, line: Vec<DVec2>| {
             self.positions += line.len();
             self.lines.push((self.parts.len() as u32, line));
@@ -178,6 +198,9 @@ impl Found {
                 }
             }
         }
+        if self.parts.len() > before {
+            self.attribute_bytes += attributes.bytes();
+        }
     }
 }
 
@@ -186,6 +209,7 @@ fn report(path: &Path, summary: &Summary) {
     for skipped in &summary.skipped {
         let (count, what) = (skipped.features + skipped.parts, summary.record_noun);
         let (reason, first) = (&skipped.reason, skipped.first);
-        tracing::warn!("{}: left out {count} with {reason} (first: {what} {first})", named(path));
+        let noun = if count == 1 { "feature" } else { "features" };
+        tracing::warn!("{}: left out {count} {noun} with {reason} (first: {what} {first})", named(path));
     }
 }

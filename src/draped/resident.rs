@@ -15,8 +15,8 @@ use crate::style::Features;
 
 /// Points of blocks.
 const POINTS: BufferKind = BufferKind::storage("draped points");
-/// Largest number of blocks of all layers in a view: 8 MB of points.
-const MOST_BLOCKS: usize = 1 << 13;
+/// Largest number of blocks of all layers in a view: 32 MB of points. Each point of a file is a block.
+const MOST_BLOCKS: usize = 1 << 15;
 /// Least number of slots.
 const LEAST_SLOTS: usize = 64;
 /// Bytes of a slot.
@@ -31,6 +31,8 @@ pub(crate) struct Resident {
     slots: Vec<Slot>,
     /// Number of views that have been followed.
     views: u64,
+    /// Whether a view with too many blocks has been reported.
+    has_warned: bool,
     /// What each layer of the last view's style draws.
     layers: Vec<Vec<BlockInView>>,
 }
@@ -62,7 +64,15 @@ pub(crate) struct ResidentBlocks<'a> {
 
 impl Resident {
     pub(crate) fn new(draped: Arc<Draped>) -> Self {
-        Self { draped, points: None, slot_of: FxHashMap::default(), slots: Vec::new(), views: 0, layers: Vec::new() }
+        Self {
+            draped,
+            points: None,
+            slot_of: FxHashMap::default(),
+            slots: Vec::new(),
+            views: 0,
+            has_warned: false,
+            layers: Vec::new(),
+        }
     }
 
     /// Returns whether there are features of files, and whether there is a graticule.
@@ -70,12 +80,29 @@ impl Resident {
         self.draped.has_features_and_graticule()
     }
 
+    /// Returns what is wrong with the layers of a style, each as a clause.
+    pub(crate) fn doubts(&self, layers: &[&Features]) -> Vec<String> {
+        self.draped.doubts(layers)
+    }
+
     /// Sends the blocks to the GPU that layers of a style draw in a view of land with heights `range_m`.
     pub(crate) fn follow(&mut self, gpu: &Gpu, layers: &[&Features], rig: &Rig, range_m: [f64; 2]) {
         self.views += 1;
-        let most = MOST_BLOCKS / layers.len().max(1);
-        let chosen: Vec<Vec<DrawnBlock>> =
-            layers.iter().map(|layer| self.draped.blocks_in_view(layer, rig, range_m, most)).collect();
+        let mut chosen: Vec<Vec<DrawnBlock>> = Vec::new();
+        let (mut room, mut left_out) = (MOST_BLOCKS, 0);
+        for (index, layer) in layers.iter().enumerate() {
+            // What a layer does not need is left for those after it.
+            let in_view = self.draped.blocks_in_view(layer, rig, range_m, room / (layers.len() - index));
+            room -= in_view.blocks.len();
+            left_out += in_view.left_out;
+            chosen.push(in_view.blocks);
+        }
+        if left_out > 0 && !std::mem::replace(&mut self.has_warned, true) {
+            tracing::warn!(
+                "features: {left_out} lines and points in view are not drawn, because more than {MOST_BLOCKS} are in view; \
+                 choose fewer with features.when"
+            );
+        }
         let needed: usize = chosen.iter().map(Vec::len).sum();
         if needed > self.slots.len() {
             let count = needed.next_power_of_two().clamp(LEAST_SLOTS, MOST_BLOCKS);

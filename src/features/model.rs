@@ -156,6 +156,12 @@ impl Attributes {
         self.0.iter().map(|(name, value)| (name, value))
     }
 
+    /// Returns the memory that the values take, about, in bytes.
+    pub(crate) fn bytes(&self) -> usize {
+        let text = |value: &Value| if let Value::Text(text) = value { text.capacity() } else { 0 };
+        self.0.iter().map(|(_, value)| size_of::<(Arc<str>, Value)>() + text(value)).sum()
+    }
+
     /// Adds an attribute.
     pub(crate) fn push(&mut self, name: Arc<str>, value: Value) {
         self.0.push((name, value));

@@ -15,7 +15,11 @@ use crate::source::{GeoreferenceError, WorldMapping};
 #[derive(Debug, thiserror::Error)]
 pub enum OnLandError {
     /// The reference system is unknown.
-    #[error("{}: {cause}, for example with ogr2ogr -t_srs EPSG:4326 OUT.gpkg IN", named(path))]
+    #[error(
+        "{}: its reference system is not one that hachure knows; if it is wrong, assign the right one, for example with \
+         ogr2ogr -a_srs EPSG:CODE OUT.gpkg IN ({cause})",
+        named(path)
+    )]
     Crs {
         path: PathBuf,
         /// The defect of the reference system.

@@ -23,6 +23,23 @@ pub(super) struct FeatureToml {
     layer: Option<String>,
 }
 
+/// `graticule` of a scene file: degrees, or a distance with its unit.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "it must be a number of degrees, or a distance such as \"6'\" or \"1000m\"")]
+pub(super) enum GraticuleToml {
+    Degrees(f64),
+    Text(String),
+}
+
+impl GraticuleToml {
+    pub(super) fn text(self) -> String {
+        match self {
+            Self::Degrees(degrees) => degrees.to_string(),
+            Self::Text(text) => text,
+        }
+    }
+}
+
 impl FeatureToml {
     /// Returns the file of an entry of the scene file `scene`; the error is the key and what is wrong with it.
     pub(super) fn file(&self, scene: &Path) -> Result<FeatureFile, (&'static str, &'static str)> {
@@ -45,8 +62,11 @@ pub enum Graticule {
     Metres(f64),
 }
 
+/// Least distance in degrees, a metre on the ground, and in metres.
+const LEAST: f64 = 1e-5;
 /// Endings of a distance, with the factor to degrees or metres.
-const DEGREES: [(&str, f64); 3] = [("°", 1.0), ("'", 1.0 / 60.0), ("\"", 1.0 / 3600.0)];
+const DEGREES: [(&str, f64); 5] =
+    [("°", 1.0), ("'", 1.0 / 60.0), ("′", 1.0 / 60.0), ("\"", 1.0 / 3600.0), ("″", 1.0 / 3600.0)];
 const METRES: [(&str, f64); 2] = [("km", 1000.0), ("m", 1.0)];
 
 impl FromStr for Graticule {
@@ -57,13 +77,13 @@ impl FromStr for Graticule {
         let text = text.trim();
         let number = |(ending, factor): &(&str, f64)| {
             let number = text.strip_suffix(ending)?.trim().parse::<f64>().ok()? * factor;
-            (number.is_finite() && number > 0.0).then_some(number)
+            (number.is_finite() && number >= LEAST).then_some(number)
         };
         let degrees = DEGREES.iter().chain([&("", 1.0)]).find_map(number).map(Self::Degrees);
         let metres = METRES.iter().find_map(number).map(Self::Metres);
         metres.or(degrees).filter(|graticule| !matches!(graticule, Self::Degrees(step) if *step > 90.0)).ok_or_else(
             || {
-                "it must be a distance in degrees up to 90, such as 0.1, 6' or 30\", or in metres, such as 1000m or 1km"
+                "it must be a distance in degrees from 0.00001 to 90, such as 0.1, 6' or 30\", or in metres, such as 1000m or 1km"
                     .to_owned()
             },
         )
@@ -89,6 +109,8 @@ mod tests {
             ("0.1", Some(Graticule::Degrees(0.1))),
             ("6'", Some(Graticule::Degrees(0.1))),
             ("36\"", Some(Graticule::Degrees(0.01))),
+            ("6′", Some(Graticule::Degrees(0.1))),
+            ("1e-300", None),
             ("2°", Some(Graticule::Degrees(2.0))),
             ("1000m", Some(Graticule::Metres(1000.0))),
             ("1.5 km", Some(Graticule::Metres(1500.0))),

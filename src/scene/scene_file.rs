@@ -100,7 +100,7 @@ use serde::Deserialize;
 
 use super::camera::Camera;
 use super::earth::Earth;
-use super::feature_files::FeatureToml;
+use super::feature_files::{FeatureToml, GraticuleToml};
 use super::focus::FocusToml;
 use super::forest::ForestToml;
 use super::meshes::MeshToml;
@@ -163,7 +163,7 @@ struct FileToml {
     water: WaterToml,
     #[serde(default)]
     features: Vec<FeatureToml>,
-    graticule: Option<String>,
+    graticule: Option<GraticuleToml>,
     vertical_exaggeration: Option<f64>,
 }
 
@@ -373,7 +373,7 @@ impl Scene {
         scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
         let features = file.features.iter().map(|entry| entry.file(path));
         scene.features = features.collect::<Result<_, _>>().map_err(|(key, cause)| wrong(key, cause))?;
-        let graticule = file.graticule.as_deref().map(str::parse).transpose();
+        let graticule = file.graticule.map(|graticule| graticule.text().parse()).transpose();
         scene.graticule = graticule.map_err(|cause: String| wrong("graticule", &cause))?;
         if let Some(text) = &file.camera.start {
             scene.start = Some(text.parse::<Camera>().map_err(|error| wrong("camera.start", &error.to_string()))?);

@@ -370,11 +370,11 @@ impl Style {
         let ink = self.lettering_ink();
         let graticule = Features::of_graticule(ink).filter(|_| has_graticule && !has(&self, true));
         let features = Features::default_value().filter(|_| has_features && !has(&self, false));
-        for layer in graticule.into_iter().chain(features) {
-            if self.inks().len() < MAX_INKS {
-                self.layers.0.push(Layer::Features(layer));
-            }
-        }
+        // If there is room for one only, it is that of the features.
+        let room = MAX_INKS.saturating_sub(self.inks().len());
+        let graticule = graticule.filter(|_| room > usize::from(features.is_some()));
+        let added = graticule.into_iter().chain(features.filter(|_| room > 0));
+        self.layers.0.extend(added.map(Layer::Features));
         self
     }
 

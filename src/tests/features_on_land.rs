@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use crate::tests::common;
 
@@ -259,11 +259,22 @@ fn layers_draw_what_they_name() {
         ("of = \"lines\"", [true, true, false, false]),
         ("of = \"areas\"", [false, false, true, false]),
         ("of = \"points\"", [false, false, false, true]),
+        ("when = \"name == 'x'\"", [false; 4]),
         ("line_px = 0", [false, false, false, true]),
         ("point_px = 0", [true, true, true, false]),
     ] {
         assert_eq!(drawn(&mut world, layer), expected, "{layer}");
     }
+    let features = world.surfaces.features().unwrap();
+    let doubts = |layer: &str| features.doubts(&[style(layer).lowest_features().unwrap()]).join("; ");
+    assert_eq!(doubts(""), "");
+    assert!(doubts("file = \"rivers\"").contains("no file or layer is called \"rivers\"; there are ways, huts"));
+    assert!(
+        doubts("when = \"kimd == 'path'\"").contains("did you mean \"kind\"?"),
+        "{}",
+        doubts("when = \"kimd == 'path'\"")
+    );
+    assert!(doubts("file = \"ways\"").contains("no layer of the style draws \"huts\""));
     // Dashes have less ink than a solid line.
     let sum = |world: &mut World, layer: &str| ink(world, &view, &style(layer)).iter().sum::<f64>();
     let part = sum(&mut world, "of = \"lines\"\ndash_px = 6\ngap_px = 6") / sum(&mut world, "of = \"lines\"");
@@ -334,7 +345,7 @@ fn lines_end_with_the_land() {
     let Some(mut world) = world() else { return };
     let files = Files::new();
     let across = coordinates(&[DVec2::new(-90_000.0, 0.0), DVec2::new(90_000.0, 0.0)]);
-    let away = coordinates(&[DVec2::new(-90_000.0, 50_000.0), DVec2::new(90_000.0, 50_000.0)]);
+    let away = coordinates(&[DVec2::new(-90_000.0, 4_300.0), DVec2::new(90_000.0, 4_300.0)]);
     let path = files.write("a.geojson", &geojson(&[("", "LineString", across), ("", "LineString", away)]));
     put(&mut world, &[&path]);
     let view = still(world.pose("0,0,12000,0,-90,45"), SIZE_PX);
@@ -346,8 +357,6 @@ fn lines_end_with_the_land() {
     assert!((drawn as f64 - width_px).abs() < 8.0, "{drawn} of {width_px} px");
     let off: f64 = ink.iter().enumerate().filter(|(i, _)| (i / 320).abs_diff(120) > 12).map(|(_, ink)| ink).sum();
     assert_eq!(off, 0.0);
-    let place = DVec3::ZERO;
-    assert!(world.surfaces.terrain.height_m(place.truncate()).is_some());
 }
 
 #[test]
@@ -379,6 +388,10 @@ fn graticules_have_their_coordinates() {
             let mean = along(&world, &drawn, &|y_m| DVec2::new(x_m + gap_m, y_m));
             assert!(mean < 0.3, "{graticule}: {mean} between lines");
         }
+        let mean = along(&world, &drawn, &|x_m| DVec2::new(x_m, line_y_m));
+        assert!(mean > 0.6, "{graticule}: {mean} at {line_y_m} m north");
+        let mean = along(&world, &drawn, &|x_m| DVec2::new(x_m, line_y_m + gap_y_m));
+        assert!(mean < 0.3, "{graticule}: {mean} between lines");
         let unnamed = ink(&mut world, &view, &style("line_px = 1.5"));
         assert_eq!(unnamed.iter().sum::<f64>(), 0.0, "{graticule}: a layer that does not name it draws it");
     }

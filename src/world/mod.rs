@@ -31,7 +31,7 @@ pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
 use crate::scene::view::Rig;
 use crate::scene::{Forest, Wind};
-use crate::style::{Layer, Style};
+use crate::style::{Features, Layer, Style};
 use crate::tiles::terrain::Loading;
 pub use crate::tiles::terrain::{Terrain, TerrainError, TerrainOptions};
 
@@ -193,6 +193,11 @@ impl Surfaces {
         self.features.as_ref().map_or([false; 2], Resident::has_features_and_graticule)
     }
 
+    /// Returns what is wrong with the layers of features of a style, each as a clause.
+    pub(crate) fn feature_doubts(&self, style: &Style) -> Vec<String> {
+        self.features.as_ref().map_or_else(Vec::new, |features| features.doubts(&layers_of_features(style)))
+    }
+
     /// Replaces the features on the land.
     pub(crate) fn set_features(&mut self, features: Draped) {
         self.features = (!features.is_empty()).then(|| Resident::new(Arc::new(features)));
@@ -201,12 +206,8 @@ impl Surfaces {
     /// Prepares the features that a style draws for what a rig sees.
     pub(crate) fn follow_features(&mut self, gpu: &Gpu, rig: &Rig, style: &Style) {
         let Some(features) = &mut self.features else { return };
-        let layers = style.layers.iter().filter_map(|layer| match layer {
-            Layer::Features(layer) => Some(layer),
-            _ => None,
-        });
         let range_m = self.terrain.range_m().map(f64::from);
-        features.follow(gpu, &layers.collect::<Vec<_>>(), rig, range_m);
+        features.follow(gpu, &layers_of_features(style), rig, range_m);
     }
 
     /// Replaces or removes the wind.
@@ -229,6 +230,14 @@ impl Surfaces {
         let mesh_m = self.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
         self.terrain.nearest_m(camera_m).min(mesh_m)
     }
+}
+
+fn layers_of_features(style: &Style) -> Vec<&Features> {
+    let layers = style.layers.iter().filter_map(|layer| match layer {
+        Layer::Features(layer) => Some(layer),
+        _ => None,
+    });
+    layers.collect()
 }
 
 /// Returns the name of a world for people, with the seed that replaces its own.

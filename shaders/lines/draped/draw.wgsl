@@ -27,9 +27,8 @@ struct Vertex {
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u32) -> Vertex {
-    // The draw counts pieces that had no room, too.
-    let piece = pieces[min(index, rules.capacity - 1u)];
-    let is_drawn = index < rules.capacity && piece.begin.z > 0.0 && piece.end.z > 0.0;
+    let piece = pieces[index];
+    let is_drawn = piece.begin.z > 0.0 && piece.end.z > 0.0;
     let width_px = select(rules.line_px, rules.point_px, piece.begin.w == DOT);
     let reach_px = 0.5 * max(width_px, 1.0) + 1.0;
     let along_px = piece.end.xy - piece.begin.xy;

@@ -45,8 +45,8 @@ fn height_m(xy_m: vec2<f32>, about_m: f32) -> f32 {
     return surface_at(surface_near(g, surface_level(g, length(vec3<f32>(xy_m, about_m))))).height_m;
 }
 
-// Projects a place with its height: position on the targets, and distance along the view axis, 0 behind the eye and
-// outside of the land.
+// Projects a place with its height: position on the targets, and distance along the view axis. The distance is 0 if the
+// place is behind the eye or outside of the land.
 fn projected(xy_m: vec2<f32>, height_m: f32) -> vec3<f32> {
     let clip = view.clip_from_camera * vec4<f32>(bend(vec3<f32>(xy_m, height_m)), 1.0);
     let px = (clip.xy / max(clip.w, 1e-6) * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
@@ -88,6 +88,8 @@ fn place_dot(at_m: vec2<f32>) {
         let place = atomicAdd(&drawn[1], 1u);
         if place < rules.capacity {
             pieces[place] = DrapedPiece(vec4<f32>(at, DOT), vec4<f32>(at, DOT));
+        } else {
+            atomicSub(&drawn[1], 1u);
         }
     }
 }
@@ -122,8 +124,10 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     let length_px = length(along_m) * (part.y - part.x) * view.focal_px / max(away_m, view.near_m);
     let count = u32(clamp(ceil(length_px / PIECE_PX), 1.0, MOST_PIECES));
     let first = atomicAdd(&drawn[1], count);
-    if first + count > rules.capacity {
-        return;
+    // Pieces without room are not drawn; the count is that of those with room again when all threads have ended.
+    let room = min(count, rules.capacity - min(first, rules.capacity));
+    if room < count {
+        atomicSub(&drawn[1], count - room);
     }
     var before = vec4<f32>(0.0);
     for (var i = 0u; i <= count; i++) {
@@ -131,7 +135,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         let at_m = a_m + along_m * t;
         about_m = height_m(at_m, about_m);
         let at = vec4<f32>(projected(at_m, about_m), mix(a.along_m, b.along_m, t));
-        if i > 0u {
+        if i > 0u && i <= room {
             pieces[first + i - 1u] = DrapedPiece(before, at);
         }
         before = at;
