@@ -11,9 +11,8 @@
 //! | other literals | `12`, `-0.5`, `1e3`, `true`, `false` |
 //!
 //! A text that is a number equals that number, and true and false equal 1 and 0, because formats disagree about which
-//! is which. Two texts are compared
-//! letter by letter. An attribute without a value equals nothing, and is neither smaller nor larger than anything, so
-//! `class != 'track'` is true without a class. The same holds for values of different kinds.
+//! is which. Two texts are compared letter by letter. An attribute without a value equals nothing, and is neither smaller
+//! nor larger than anything, so `class != 'track'` is true without a class. The same holds for values of different kinds.
 
 mod lexer;
 mod parser;

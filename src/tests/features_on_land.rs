@@ -375,8 +375,10 @@ fn graticules_have_their_coordinates() {
         });
         inks.sum::<f64>() / 61.0
     };
-    // The central meridian of the zone is at x = 0, and a hundredth of a degree is 760 m of longitude here.
-    for (graticule, lines_m, gap_m) in [("0.01", [0.0, 760.6, -760.6], 380.0), ("1000m", [0.0, 1000.0, -2000.0], 500.0)]
+    // The central meridian of the zone is at x = 0, and a hundredth of a degree is 760 m of longitude here. The parallel of
+    // 46.95 is 392 m south of the middle.
+    for (graticule, lines_m, gap_m, line_y_m, gap_y_m) in
+        [("0.01", [0.0, 760.6, -760.6], 380.0, -392.2, 556.0), ("1000m", [0.0, 1000.0, -2000.0], 500.0, 1000.0, 500.0)]
     {
         let draped = Draped::read(&[], Some(graticule.parse().unwrap()), &place(), [SAMPLES; 2]).unwrap();
         world.surfaces.set_features(draped);
