@@ -515,6 +515,7 @@ fn processor_s(start: Instant) -> f64 {
 /// `cargo test --release -- --ignored --nocapture measure`.
 #[test]
 #[ignore = "prints measurements"]
+#[allow(clippy::print_stdout, reason = "it prints what it measures")]
 fn measure() {
     let epoch = Instant::now();
     let report = |name: &str, tree: &LineTree, vertices: usize, build_s: f64| {
