@@ -169,7 +169,8 @@ fn flies_and_takes_pictures() {
 
     // Another place gives another picture, too.
     display.key(&["keydown", "w"]);
-    std::thread::sleep(Duration::from_millis(500));
+    // Long enough for a frame while other programs compute.
+    std::thread::sleep(Duration::from_millis(1500));
     display.key(&["keyup", "w"]);
     assert!(take_picture(&display, folder) != start, "W did not fly");
     display.key(&["key", "r"]);
