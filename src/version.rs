@@ -1,4 +1,4 @@
-//! What `hachure --version` prints after the name of the program. This file belongs to the program and not to the
+//! The version, the commit and the features that `hachure --version` prints. This file belongs to the program and not to the
 //! library, because the commit changes more often than the library needs to be compiled.
 
 use std::sync::LazyLock;

@@ -36,7 +36,7 @@ const KEPT_RULES: usize = 16;
 /// The features of a world.
 pub(crate) struct Draped {
     tree: LineTree,
-    /// What each line and point of `tree` belongs to.
+    /// The source, the kind and the attributes of each line and point of `tree`.
     parts: Vec<Part>,
     /// Names of files and layers, in lower case.
     sources: Vec<Source>,
@@ -73,7 +73,7 @@ struct Part {
     attributes: Arc<Attributes>,
 }
 
-/// What a part is.
+/// The kind of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum PartKind {
     Point,
@@ -129,10 +129,10 @@ pub(crate) struct DrawnBlock {
     pub origin_m: DVec2,
 }
 
-/// What a layer draws in a view.
+/// The blocks that a layer of a style draws in a view.
 struct InView {
     blocks: Vec<DrawnBlock>,
-    /// Number of blocks for which there is no room.
+    /// Number of blocks that are left out, because more than the largest number are in view.
     left_out: usize,
 }
 

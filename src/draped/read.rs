@@ -38,7 +38,7 @@ pub enum DrapedError {
         /// The reason, as a clause.
         cause: String,
     },
-    /// There is no memory for so many.
+    /// The file exceeds a limit of positions, lines and points, or attributes.
     #[error(
         "{}: has more than {MAX_POSITIONS} positions, {MAX_PARTS} lines and points or 1 GiB of attributes on the land, with \
          the files before it; clip or simplify it, for example with ogr2ogr -clipdst, -simplify or -select",

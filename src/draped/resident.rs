@@ -33,7 +33,7 @@ pub(crate) struct Resident {
     views: u64,
     /// Whether a view with too many blocks has been reported.
     has_warned: bool,
-    /// What each layer of the last view's style draws.
+    /// The blocks that each layer of the last view's style draws.
     layers: Vec<Vec<BlockInView>>,
 }
 
@@ -56,7 +56,7 @@ pub(crate) struct BlockInView {
     pub count: u32,
 }
 
-/// What a layer draws.
+/// The blocks of a layer, and the buffer with their points.
 pub(crate) struct ResidentBlocks<'a> {
     pub blocks: &'a [BlockInView],
     pub points: &'a Buffer,
@@ -91,7 +91,7 @@ impl Resident {
         let mut chosen: Vec<Vec<DrawnBlock>> = Vec::new();
         let (mut room, mut left_out) = (MOST_BLOCKS, 0);
         for (index, layer) in layers.iter().enumerate() {
-            // What a layer does not need is left for those after it.
+            // Later layers may use the room that a layer does not need.
             let in_view = self.draped.blocks_in_view(layer, rig, range_m, room / (layers.len() - index));
             room -= in_view.blocks.len();
             left_out += in_view.left_out;

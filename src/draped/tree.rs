@@ -114,7 +114,7 @@ pub(crate) struct LineTree {
     nodes: Vec<Node>,
 }
 
-/// What a view needs to know to choose blocks.
+/// The view for which blocks are chosen.
 pub(crate) struct Sight<'a> {
     /// Returns whether anything in a rectangle of the world (low and high corner, in metres) may be in view.
     pub is_seen: &'a dyn Fn(DVec2, DVec2) -> bool,
@@ -126,7 +126,7 @@ pub(crate) struct Sight<'a> {
     pub error_px: f64,
 }
 
-/// What had to be given up to choose no more blocks than allowed.
+/// The loss of detail by which the number of blocks stays within its limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Chosen {
     /// Factor by which the allowed error was raised, a power of two from 1 (it was not) to 64.
@@ -558,7 +558,7 @@ impl Builder {
             let shared = usize::from(!self.candidates.is_empty());
             self.candidates.extend(kept.iter().skip(shared));
         }
-        // What is much smaller than the error of the children is not worth a point.
+        // A deviation much smaller than the error of the children needs no point.
         let enough_m = (0.25 * f64::from(error_m)).max(piece.rect.spacing_m(part.spare_m));
         self.simplify(part, most, enough_m);
         self.add_block(part, piece, children)

@@ -339,7 +339,7 @@ fn many_lines_are_simplified_to_what_is_seen() {
     assert!((1..2 * lines as usize).contains(&blocks), "{blocks} blocks");
 }
 
-/// Where a world ends, so does a line; what is elsewhere is not drawn.
+/// Lines end at the border of the land, and lines outside of it are not drawn.
 #[test]
 fn lines_end_with_the_land() {
     let Some(mut world) = world() else { return };

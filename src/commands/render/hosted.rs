@@ -42,11 +42,11 @@ pub struct DrawnPicture {
     pub imprint: String,
     /// Resolution on paper in dots per inch, if it was given.
     pub dpi: Option<f64>,
-    /// What was drawn.
+    /// Statistics of the drawing.
     pub report: PictureReport,
 }
 
-/// What a program in which hachure is embedded gives to `render`. The program `hachure` gives nothing.
+/// Resources of a program that embeds hachure, for `render`. The program `hachure` has none.
 #[derive(Default)]
 pub(crate) struct Host<'a> {
     /// The GPU, whose pipelines are already stored.
