@@ -29,20 +29,13 @@ pub(super) struct GridLine {
 pub(super) fn lines(graticule: Graticule, place: &Georeference, samples: [u32; 2]) -> Result<Vec<GridLine>, String> {
     match graticule {
         Graticule::Degrees(step) => {
-            if place.crs == Crs::Local {
-                return Err(
-                    "the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs \
-                            EPSG:CODE"
-                        .to_owned(),
-                );
-            }
+            let land = OnLand::of_degrees(place, samples)?;
             let [west, south, mut east, north] = GridOnWgs84::new(place, samples)?
                 .bounds_deg()
                 .ok_or_else(|| "the sides of the land have no longitudes".to_owned())?;
             if east < west {
                 east += 360.0;
             }
-            let land = OnLand::of_degrees(place, samples)?;
             let on_grid = |at: DVec2| land.grid(&[at.x, at.y, 0.0]);
             ruled(
                 [DVec2::new(west, south), DVec2::new(east, north)],

@@ -207,9 +207,6 @@ impl Found {
 /// Reports what a file has that could not be read.
 fn report(path: &Path, summary: &Summary) {
     for skipped in &summary.skipped {
-        let (count, what) = (skipped.features + skipped.parts, summary.record_noun);
-        let (reason, first) = (&skipped.reason, skipped.first);
-        let noun = if count == 1 { "feature" } else { "features" };
-        tracing::warn!("{}: left out {count} {noun} with {reason} (first: {what} {first})", named(path));
+        tracing::warn!("{}: {}", named(path), skipped.clause(summary.record_noun));
     }
 }

@@ -34,6 +34,18 @@ pub enum OnLandError {
     },
 }
 
+/// Checks that the land has a reference system, to which other coordinates can be converted.
+fn check_crs(place: &Georeference) -> Result<(), String> {
+    match place.crs {
+        Crs::Local => {
+            Err("the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs \
+                           EPSG:CODE"
+                .to_owned())
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The way from the coordinates of a file to the land.
 pub(crate) struct OnLand {
     way: SampleTransform,
@@ -59,16 +71,11 @@ impl OnLand {
             None => Ok(Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..place.clone() }),
         };
         let own = own.map_err(|cause| OnLandError::Crs { path: path.to_owned(), cause })?;
-        let no_way = |cause: &str| OnLandError::NoWay { path: path.to_owned(), cause: printable(cause, 120) };
-        if place.crs == Crs::Local && crs.is_some() {
-            return Err(no_way(
-                "the heights have no coordinate reference system; assign one, for example with gdal_edit -a_srs \
-                 EPSG:CODE",
-            ));
+        let no_way = |cause: String| OnLandError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
+        if crs.is_some() {
+            check_crs(place).map_err(no_way)?;
         }
-        let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|cause| no_way(&cause.to_string()))?;
-        let way = SampleTransform::to_grid(&own, place, samples).map_err(|cause| no_way(&cause))?;
-        Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
+        Self::between(&own, place, samples).map_err(no_way)
     }
 
     /// Finds the way from columns and rows of the land itself.
@@ -76,9 +83,7 @@ impl OnLand {
     /// # Errors
     /// Returns why there is none, as a clause.
     pub(crate) fn of_land(place: &Georeference, samples: [u32; 2]) -> Result<Self, String> {
-        let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|error| error.to_string())?;
-        let way = SampleTransform::to_grid(place, place, samples)?;
-        Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
+        Self::between(place, place, samples)
     }
 
     /// Finds the way from longitudes and latitudes in degrees on WGS 84.
@@ -86,9 +91,14 @@ impl OnLand {
     /// # Errors
     /// Returns why there is none, as a clause.
     pub(crate) fn of_degrees(place: &Georeference, samples: [u32; 2]) -> Result<Self, String> {
+        check_crs(place)?;
         let own = Georeference::of_coordinates(None).map_err(|error| error.to_string())?;
+        Self::between(&own, place, samples)
+    }
+
+    fn between(own: &Georeference, place: &Georeference, samples: [u32; 2]) -> Result<Self, String> {
         let mapping = WorldMapping::new(place, samples[0], samples[1]).map_err(|error| error.to_string())?;
-        let way = SampleTransform::to_grid(&own, place, samples)?;
+        let way = SampleTransform::to_grid(own, place, samples)?;
         Ok(Self { way, mapping, last: DVec2::from_array(samples.map(|count| f64::from(count) - 1.0)) })
     }
 

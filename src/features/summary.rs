@@ -124,6 +124,15 @@ pub(crate) struct Skipped {
     pub first: u64,
 }
 
+impl Skipped {
+    /// Returns the number, the reason and the first record, as a clause that follows the name of the file.
+    pub(crate) fn clause(&self, record_noun: &str) -> String {
+        let count = self.features + self.parts;
+        let noun = if count == 1 { "feature" } else { "features" };
+        format!("left out {count} {noun} with {} (first: {record_noun} {})", self.reason, self.first)
+    }
+}
+
 /// The reason why a feature or a part of it was left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum Reason {

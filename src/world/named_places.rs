@@ -117,10 +117,7 @@ pub(crate) fn read(
         return Err(NamesError::TooMany { path: owned() });
     }
     let mut doubts: Vec<String> = found.doubt(&name_key).into_iter().collect();
-    doubts.extend(read.skipped.iter().map(|skipped| {
-        let (count, what) = (skipped.features + skipped.parts, read.record_noun);
-        format!("left out {count} with {} (first: {what} {})", skipped.reason, skipped.first)
-    }));
+    doubts.extend(read.skipped.iter().map(|skipped| skipped.clause(read.record_noun)));
     Ok(NamedPlaces { places: found.places, doubts })
 }
 
