@@ -75,7 +75,8 @@ struct Hatch {
     drawn: u32,
     // Not 0: some layer follows the curvature.
     by_curvature: u32,
-    pad_c: u32,
+    // Part of the requested darkness that marks reproduce, 0 to 1.
+    share: f32,
 }
 
 // Derivative of the surface point from pixel to pixel, right and down, in metres.

@@ -23,7 +23,7 @@ struct Axis {
 @group(0) @binding(7) var bend_axis: texture_2d<f32>;
 
 struct HatchedSurface {
-    // The requested darkness, 0 to 1.
+    // The darkness of the marks, 0 to 1.
     darkness: f32,
     // The pixel's own normal, and lightness or FLAT.
     own: vec4<f32>,
@@ -37,7 +37,7 @@ struct HatchedSurface {
 
 // Returns the surface that marks follow at a pixel that sees `at` (w: distance along the view axis).
 fn hatched_surface(pixel: vec2<i32>, at: vec4<f32>) -> HatchedSurface {
-    let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
+    let darkness = hatch.share * clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let own = surface_seen(normal, pixel);
     let n = mark_normal_at(view, mark_normal, pixel, at, own);
     var line = vec2<f32>(0.0);

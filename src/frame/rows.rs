@@ -11,7 +11,8 @@ use crate::surface::rows::{balance, choice, marks, off_land, proposals, ribbons,
 /// and there is none in a world without them.
 pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
     let has_objects = inputs.world.meshes().is_some() || inputs.world.forest().is_some();
-    inputs.style.hatching().filter(|_| !inputs.style.has_land_lines() || has_objects)
+    let is_drawn = |hatching: &&Hatching| hatching.share > 0.0 && (!inputs.style.has_land_lines() || has_objects);
+    inputs.style.hatching().filter(is_drawn)
 }
 
 /// Returns the positions at which hatching is drawn if the land has rows or cut lines: those of models and trees,

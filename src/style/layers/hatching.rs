@@ -20,6 +20,8 @@ parameters! {
         ink called "Ink colour": Color = Color::default();
         /// How marks keep their size on the picture while the camera moves closer.
         zoom as "scale" called "Marks while zooming": Zoom = Zoom::Blend;
+        /// Share of the requested darkness that marks reproduce; useful where colour reproduces the rest; 0 draws none.
+        share called "Share of darkness": f32 = 1.0 => Range::Within(0.0, 1.0), zero "none";
         /// Width of the transition at a mark's edge, in tone (0 to 1); 0 looks like a pen, 0.1 like a pencil.
         softness called "Softness of marks": f32 = 0.0 => Range::Within(0.0, 0.5);
         /// The land is smoothed to this size for the direction of marks; land seen at a grazing angle is smoothed more.

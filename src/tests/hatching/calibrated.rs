@@ -103,3 +103,17 @@ fn marks_that_are_not_balanced_are_not_even() {
     println!("hard borders: off by {:.4} balanced, {:.4} as the maps say", balanced.hard, bare.hard);
     assert!(holds(balanced) && !holds(bare));
 }
+
+#[test]
+fn a_share_of_the_darkness_is_drawn() {
+    let Some(mut plane) = Plane::new(20.0) else { return };
+    let mut shoot = |share: f32| {
+        let mut style = style("blend", 0.8, &fixed("line", 33.0));
+        style.hatching_mut().unwrap().share = share;
+        plane.shoot(plane.eye(7.0, 300.0, 35.0, 20.0, 30.0), [256, 256], &style)
+    };
+    let half = shoot(0.5);
+    assert!(holds(half.worst_window(64, 0.4)));
+    assert!(!holds(half.worst_window(64, 0.8)), "the whole darkness would be found");
+    assert!(shoot(0.0).ink.iter().all(|ink| *ink == 0.0));
+}

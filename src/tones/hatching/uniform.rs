@@ -74,6 +74,7 @@ impl HatchUniform {
             side,
             drawn: u32::MAX,
             by_curvature: hatching.follows_curvature().into(),
+            share: hatching.share,
             begins: [f32::MAX; MAX_SETS],
             // A set that does not exist is drawn on no slope.
             comes_from: [2.0; MAX_SETS],
