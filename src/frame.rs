@@ -35,6 +35,7 @@ pub(crate) use self::eye::EyeMemory;
 pub use self::line_gaps::LineGap;
 #[cfg(test)]
 pub(crate) use self::results::DrawnMeshCounts;
+pub(crate) use self::surface_readback::SeenDistances;
 pub use crate::composite::PICTURE;
 use crate::composite::temporal_aa;
 use crate::gpu::finite::NonFinite;

@@ -9,7 +9,7 @@ pub(crate) mod like;
 mod look;
 mod map;
 mod mesh;
-mod names;
+pub(crate) mod names;
 mod numbers;
 mod outputs;
 mod paper;
@@ -124,8 +124,8 @@ pub(crate) struct RenderArgs {
     /// 199, counted from 0. The parts join without a jump
     #[arg(long, value_name = "FIRST..END", allow_hyphen_values = true)]
     pub frames: Option<FrameRange>,
-    /// Frames before --frames that are drawn and not written, for strokes and temporal anti-aliasing, which continue
-    /// from frame to frame [default: as many as the parts need to join]
+    /// Frames before --frames that are drawn and not written, for strokes, temporal anti-aliasing and labels, which
+    /// continue from frame to frame [default: as many as the parts need to join]
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u64>(ranges::WARM_UP_FRAMES))]
     pub warm_up: Option<u64>,
     /// Time in seconds at which wind is drawn in a single picture; a path has its own times [default: 0]
@@ -447,7 +447,7 @@ fn run_with(
     }
     map::check_place(args, &kind, store.georeference())?;
     let is_own = liked.names.has_own_labels();
-    let places = liked.names.labels(names::places(args, &*store, is_own))?;
+    let places = liked.names.labels(names::places(&args.labels, &*store, is_own))?;
     let looked_at_m = args.look.place_m(args.world.name(), &*store)?;
     let around = map::around_place(args, &*store)?;
     let args = around.as_ref().unwrap_or(args);
@@ -493,6 +493,7 @@ fn run_with(
         args,
         flight,
         places,
+        names: None,
         style,
         planes,
         gpu,

@@ -10,13 +10,6 @@
 //! Nothing here draws or measures text. The caller gives the sizes of labels and receives their positions. Numbers that
 //! are not finite never cause a panic: a label that has one is left out.
 
-#[cfg_attr(
-    not(test),
-    expect(
-        dead_code,
-        reason = "labels of flights, and slanted ones, are laid out and tested; windows do not draw them yet"
-    )
-)]
 pub(crate) mod flight;
 mod chain;
 mod grid;
@@ -25,7 +18,7 @@ mod improve;
     not(test),
     expect(
         dead_code,
-        reason = "labels of flights, and slanted ones, are laid out and tested; windows do not draw them yet"
+        reason = "names on moving maps, and slanted names, are laid out and tested; nothing draws them yet"
     )
 )]
 pub(crate) mod map_flight;
@@ -36,7 +29,7 @@ mod settle;
     not(test),
     expect(
         dead_code,
-        reason = "labels of flights, and slanted ones, are laid out and tested; windows do not draw them yet"
+        reason = "names on moving maps, and slanted names, are laid out and tested; nothing draws them yet"
     )
 )]
 pub(crate) mod slanted;

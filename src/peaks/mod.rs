@@ -63,7 +63,7 @@ mod tests;
 
 use self::blocks::Blocks;
 use self::isolation::IsolationSearch;
-pub(crate) use self::land::{Summit, Wanted, summits_of_reader, summits_of_store};
+pub(crate) use self::land::{Summit, SummitsError, Wanted, summits_of_reader, summits_of_store};
 use self::ranking::{Ranked, Ranking};
 use self::sample::Sample;
 use self::spacing::Metric;

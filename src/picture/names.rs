@@ -4,30 +4,21 @@
 //! Only what the picture shows has a name: the surface that is drawn decides what is visible. Where labels are is
 //! decided by [`crate::labels::placement`].
 
+pub(crate) mod moving;
+mod seen;
+pub(crate) mod sites;
+
 use glam::{DVec2, DVec3};
 
-use super::PictureRequest;
+pub(crate) use self::seen::{Seen, SeenSurface, Visible, Wanted, visible};
 use super::title::{MAX_PEN, MIN_PEN, PEN};
-use crate::frame::Renderer;
-use crate::gpu::{Gpu, GpuError};
 use crate::labels::placement::Rect;
 use crate::labels::placement::panorama::{Label, Rows, panorama};
 use crate::labels::placement::points::{Page, Point, points};
 use crate::lettering::Line;
 use crate::lettering::area::Area;
 use crate::lettering::ink::PenStroke;
-use crate::scene::view::{Rig, View};
 use crate::style::Paper;
-use crate::world::Surfaces;
-
-/// Longest side of the picture on which the visible places are found.
-const SEEN_PX: f64 = 1920.0;
-/// Half of the side of the square of pixels in which a place is looked for: the surface is drawn within a pixel.
-const LOOK_PX: i32 = 2;
-/// How far a place may be from the surface that a pixel shows: across the view in pixels, and along it as a share of the
-/// distance. The highest sample of a broad summit is often hidden behind the rim of the summit itself.
-const OFF_PX: f64 = 4.0;
-const BEHIND: f64 = 0.02;
 
 // Lengths are in pixels of the style.
 
@@ -68,25 +59,6 @@ pub(crate) struct Site {
     pub is_summit: bool,
 }
 
-/// A site that the picture shows.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Seen {
-    /// Index of the site.
-    pub site: usize,
-    /// Position on the picture, in pixels.
-    pub px: DVec2,
-    /// How far below the skyline it is, in pixels: the length of a leader on other land.
-    pub below_px: f64,
-}
-
-/// What a picture shows.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Visible {
-    pub sites: Vec<Seen>,
-    /// The upper end of the land, in pixels; the height of the picture if it shows none.
-    pub land_top_px: f64,
-}
-
 /// The part of a picture that may have labels, and their inks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground<'a> {
@@ -111,111 +83,88 @@ pub(crate) struct Labels {
     pub labelled: Vec<usize>,
 }
 
-/// Finds the sites that a picture shows, on a picture of the whole without lines and marks.
-///
-/// # Errors
-/// The errors of [`Renderer::render`].
-pub(crate) fn visible(
-    gpu: &Gpu,
-    world: &mut Surfaces,
-    request: &PictureRequest<'_>,
-    sites: &[Site],
-) -> Result<Visible, GpuError> {
-    let longest = f64::from(request.size_px.into_iter().max().unwrap_or(1).max(1));
-    let factor = (SEEN_PX / longest).min(1.0);
-    let size_px = request.size_px.map(|side| ((f64::from(side) * factor).round() as u32).max(1));
-    let style = request.style.of_tones().scaled(factor);
-    let view = View { clock: request.clock, ..View::whole(request.pose, request.pose, size_px) };
-    let mut renderer = Renderer::new(gpu)?;
-    renderer.render_eyes(gpu, world, &Rig::mono(view), &style, &request.light)?;
-    let Some(places) = renderer.places(gpu, 0, [0, 0], size_px)? else { return Ok(Visible::default()) };
-    let whole = View::whole(request.pose, request.pose, request.size_px);
-    let skyline = skyline_px(&places, size_px);
-    let earth = world.terrain.earth_curvature(request.pose.position_m.z);
-    let look = |(site, at): (usize, &Site)| {
-        let way = earth.bend(at.world_m - request.pose.position_m);
-        let seen = view.place_px(way).filter(|px| shows(&places, size_px, *px, way, view.focal_px()))?;
-        // The same direction on the picture itself.
-        let px = whole.place_px(way)?;
-        let top = skyline[(seen.x as usize).min(skyline.len() - 1)];
-        let below_px = (seen.y - top).max(0.0) / factor;
-        seen.is_finite().then_some(Seen { site, px, below_px })
-    };
-    let land_top_px = skyline.iter().copied().fold(f64::from(size_px[1]), f64::min) / factor;
-    Ok(Visible { sites: sites.iter().enumerate().filter_map(look).collect(), land_top_px })
+/// A label in a row above the land.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Placed {
+    /// The site, with its position on the picture.
+    pub at: Seen,
+    /// Position of the label's left side from its summit, and of the lower side of its letters, in pixels.
+    pub offset_px: f64,
+    pub bottom_px: f64,
+    /// Opacity from 0 to 1.
+    pub opacity: f64,
+    /// Whether the label has a halo, because it is not in the sky.
+    pub has_halo: bool,
 }
 
-/// Returns the upper end of the land in each column, in pixels; the height of the picture where there is none.
-fn skyline_px(places: &[[f32; 4]], [width, height]: [u32; 2]) -> Vec<f64> {
-    let is_land = |x: u32, y: u32| places[(y * width + x) as usize][3] > 0.0;
-    (0..width).map(|x| f64::from((0..height).find(|y| is_land(x, *y)).unwrap_or(height))).collect()
+/// Lays out names in rows above the land. `land_top_px` is the upper end of all land.
+pub(crate) fn above_land(sites: &[Site], seen: &[Seen], land_top_px: f64, ground: &Ground<'_>) -> Vec<Placed> {
+    let lines = seen.iter().map(|at| Line::small(&sites[at.site].text, ground.paper.typeface));
+    let labels: Vec<Label> =
+        seen.iter().zip(lines).map(|(at, line)| row_label(&sites[at.site], at, line.width(), ground)).collect();
+    let rows = rows(tops_px(land_top_px, ground), ground);
+    let height_px = LETTERS[0] * ground.px;
+    // Where there is no room in the sky, names are on land.
+    let has_halo = rows.tops_px.iter().any(|top| top + height_px > land_top_px);
+    let places = panorama(&labels, &rows, &[]);
+    let placed = places.iter().zip(seen).filter_map(|(place, at)| {
+        let place = (*place)?;
+        let bottom_px = rows.tops_px[place.row] + height_px;
+        Some(Placed { at: *at, offset_px: place.offset_px, bottom_px, opacity: 1.0, has_halo })
+    });
+    placed.collect()
 }
 
-/// Returns whether a pixel near `px` shows the surface at `way`, in metres from the eye.
-fn shows(places: &[[f32; 4]], size_px: [u32; 2], px: DVec2, way: DVec3, focal_px: f64) -> bool {
-    let [width, height] = size_px.map(|side| side as i32);
-    let middle = px.floor();
-    if !middle.is_finite() || middle.abs().max_element() > 1e9 {
-        return false;
+/// Returns the label of a site for a layout in rows. `width` is that of its text, in heights of its letters.
+fn row_label(site: &Site, at: &Seen, width: f64, ground: &Ground<'_>) -> Label {
+    let (px, height_px) = (ground.px, LETTERS[0] * ground.px);
+    let left_px = at.px.x - ground.area_px[0].x;
+    Label {
+        x_px: [left_px, left_px + at.apart_px],
+        y_px: at.px.y,
+        width_px: width * height_px,
+        height_px,
+        weight: site.weight / (1.0 + at.below_px / (ON_LAND * px)),
     }
-    let [x, y] = [middle.x as i32, middle.y as i32];
-    if x < 0 || y < 0 || x >= width || y >= height {
-        return false;
-    }
-    let away_m = way.length();
-    let (across_m, along_m) = (OFF_PX * away_m / focal_px, (BEHIND * away_m).max(OFF_PX * away_m / focal_px));
-    let toward = way / away_m.max(1e-6);
-    (y - LOOK_PX..=y + LOOK_PX).filter(|y| (0..height).contains(y)).any(|y| {
-        (x - LOOK_PX..=x + LOOK_PX).filter(|x| (0..width).contains(x)).any(|x| {
-            let [east, north, up, depth_m] = places[(y * width + x) as usize];
-            let off_m = DVec3::new(east.into(), north.into(), up.into()) - way;
-            let behind_m = off_m.dot(toward);
-            depth_m > 0.0 && behind_m.abs() < along_m && off_m.reject_from_normalized(toward).length() < across_m
-        })
-    })
 }
 
-/// Lays out names in rows above the land, and draws them.
-/// `land_top_px` is the upper end of all land.
-pub(crate) fn above_land(sites: &[Site], seen: &[Seen], land_top_px: f64, ground: &Ground<'_>) -> Labels {
+fn rows(tops_px: Vec<f64>, ground: &Ground<'_>) -> Rows {
     let px = ground.px;
     let [low, high] = ground.area_px;
-    let height_px = LETTERS[0] * px;
-    let lines: Vec<Line> = seen.iter().map(|at| Line::small(&sites[at.site].text, ground.paper.typeface)).collect();
-    let labels: Vec<Label> = seen
-        .iter()
-        .zip(&lines)
-        .map(|(at, line)| Label {
-            x_px: [at.px.x - low.x; 2],
-            y_px: at.px.y,
-            width_px: line.width() * height_px,
-            height_px,
-            weight: sites[at.site].weight / (1.0 + at.below_px / (ON_LAND * px)),
-        })
-        .collect();
-    let rows = Rows {
-        tops_px: tops_px(land_top_px, ground),
+    Rows {
+        tops_px,
         width_px: high.x - low.x,
         margin_px: MARGIN * px,
         gap_px: GAP * px,
         leader_gap_px: LEADER_GAP * px,
         align: 0.5,
-    };
+    }
+}
+
+/// Draws labels in rows on the picture of an eye; 1 is the right eye of a stereo pair.
+pub(crate) fn drawn_rows<'a>(
+    sites: &[Site],
+    placed: impl IntoIterator<Item = &'a Placed>,
+    eye: usize,
+    ground: &Ground<'_>,
+) -> Labels {
+    let (px, height_px) = (ground.px, LETTERS[0] * ground.px);
     let mut drawn = Labels::default();
-    for ((place, at), line) in panorama(&labels, &rows, &[]).iter().zip(seen).zip(&lines) {
-        let Some(place) = place else { continue };
-        let bottom = rows.tops_px[place.row] + height_px;
-        drawn.write(line, DVec2::new(at.px.x + place.offset_px, bottom), height_px, px);
-        let ends = [bottom + LEADER_GAPS[0] * px, at.px.y - LEADER_GAPS[1] * px];
+    for label in placed {
+        let Seen { site, px: first, apart_px, .. } = label.at;
+        let at = DVec2::new(first.x + if eye == 1 { apart_px } else { 0.0 }, first.y);
+        let [strokes, areas] = [drawn.strokes.len(), drawn.areas.len()];
+        let line = Line::small(&sites[site].text, ground.paper.typeface);
+        drawn.write(&line, DVec2::new(at.x + label.offset_px, label.bottom_px), height_px, px);
+        let ends = [label.bottom_px + LEADER_GAPS[0] * px, at.y - LEADER_GAPS[1] * px];
         if ends[1] > ends[0] {
-            let [from, to] = ends.map(|y| DVec2::new(at.px.x, y));
+            let [from, to] = ends.map(|y| DVec2::new(at.x, y));
             drawn.strokes.push(PenStroke::line(from, to, LEADER * px));
         }
-        drawn.labelled.push(at.site);
-    }
-    // Where there is no room in the sky, names are on land.
-    if rows.tops_px.iter().any(|top| top + height_px > land_top_px) {
-        drawn.add_halo(HALO * px);
+        if label.has_halo {
+            drawn.halo.extend(halo(&drawn.strokes[strokes..], &drawn.areas[areas..], HALO * px));
+        }
+        drawn.labelled.push(site);
     }
     drawn
 }

@@ -98,6 +98,8 @@ pub(crate) struct Block {
     pub areas: Vec<Area>,
     /// Colour of all strokes.
     pub ink: Color,
+    /// Opacity from 0 to 1.
+    pub opacity: f32,
     /// Characters of the text that neither the lettering nor a font of the machine has.
     pub replaced: Vec<char>,
     /// Where the legend is, if there is one.
@@ -206,7 +208,7 @@ pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color,
     let mut replaced = page.replaced;
     replaced.sort_unstable();
     replaced.dedup();
-    Block { strokes: page.strokes, areas: page.areas, ink, replaced, legend }
+    Block { strokes: page.strokes, areas: page.areas, ink, opacity: 1.0, replaced, legend }
 }
 
 struct Page {
@@ -305,17 +307,20 @@ impl Page {
 impl Block {
     /// Returns a block without content.
     pub(crate) fn empty(ink: Color) -> Self {
-        Self { strokes: Vec::new(), areas: Vec::new(), ink, replaced: Vec::new(), legend: None }
+        Self { strokes: Vec::new(), areas: Vec::new(), ink, opacity: 1.0, replaced: Vec::new(), legend: None }
     }
 
     /// Draws the block into a band of a picture that is `width` pixels wide.
     pub(crate) fn draw(&self, band: &mut Band, width: usize) {
         let ink = self.ink.linear();
-        let tops = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| at.y);
-        let highest = tops.chain(self.areas.iter().map(|area| area.high_px()[0])).fold(f64::MAX, f64::min);
+        let ends = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| [at.y; 2]);
+        let [highest, lowest] = ends
+            .chain(self.areas.iter().map(Area::high_px))
+            .fold([f64::MAX, f64::MIN], |[highest, lowest], [top, bottom]| [highest.min(top), lowest.max(bottom)]);
+        let reach = self.strokes.iter().map(|stroke| 0.5 * stroke.width_px + 2.0).fold(2.0, f64::max);
         for (i, row) in band.picture.chunks_exact_mut(width.max(1)).enumerate() {
             let y = f64::from(band.first_row) + i as f64;
-            if y < highest - 16.0 {
+            if y < highest - reach || y > lowest + reach {
                 continue;
             }
             let mut covered = vec![0.0; width];
@@ -323,7 +328,7 @@ impl Block {
             covered.iter_mut().filter(|part| **part > 0.0).for_each(|part| *part = part.powf(EDGE_POWER));
             cover(&self.strokes, 0.0, y, &mut covered);
             for (texel, part) in row.iter_mut().zip(&covered).filter(|(_, part)| **part > 0.0) {
-                (0..3).for_each(|k| texel[k] += (ink[k] - texel[k]) * part);
+                (0..3).for_each(|k| texel[k] += (ink[k] - texel[k]) * part * self.opacity);
             }
         }
     }

@@ -53,6 +53,7 @@ mod hatching;
 mod ground_metres;
 mod ground;
 mod height_lines;
+mod moving_names;
 mod names;
 mod ink;
 mod light;

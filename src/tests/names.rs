@@ -2,6 +2,8 @@
 //! do not overlap.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
+use std::collections::BTreeSet;
+
 use crate::tests::common;
 
 use common::draw::NOON;
@@ -9,7 +11,7 @@ use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::labels::placement::Rect;
 use hachure::picture::PictureRequest;
-use hachure::picture::names::{Ground, Labels, Seen, Site, Visible, above_land, on_map, visible};
+use hachure::picture::names::{Ground, Labels, Seen, Site, Visible, Wanted, above_land, drawn_rows, on_map, visible};
 use hachure::scene::view::Pose;
 use hachure::style::{Style, Typeface};
 
@@ -58,11 +60,17 @@ impl Drawn {
 
     fn visible(&mut self, sites: &[Site]) -> Visible {
         let request = PictureRequest::still(self.pose, SIZE_PX, &self.style, NOON);
-        visible(&self.world.gpu, &mut self.world.surfaces, &request, sites).unwrap()
+        let wanted = Wanted { sites, held: &BTreeSet::new() };
+        visible(&self.world.gpu, &mut None, &mut self.world.surfaces, &request, None, wanted).unwrap()
     }
 
     fn seen(&mut self, sites: &[Site]) -> Vec<Seen> {
         self.visible(sites).sites
+    }
+
+    /// Lays out labels above the land, and draws them.
+    fn above(&self, sites: &[Site], seen: &[Seen], land_top_px: f64, ground: &Ground<'_>) -> Labels {
+        drawn_rows(sites, &above_land(sites, seen, land_top_px, ground), 0, ground)
     }
 
     fn ground(&self) -> Ground<'_> {
@@ -128,8 +136,8 @@ fn summits_in_view_are_found_and_hidden_ones_are_not() {
 fn labels_are_above_their_summits_and_apart() {
     let Some(mut drawn) = Drawn::new() else { return };
     let sites = sites();
-    let Visible { sites: seen, land_top_px } = drawn.visible(&sites);
-    let labels = above_land(&sites, &seen, land_top_px, &drawn.ground());
+    let Visible { sites: seen, land_top_px, .. } = drawn.visible(&sites);
+    let labels = drawn.above(&sites, &seen, land_top_px, &drawn.ground());
     assert_eq!(labels.labelled.len(), 3, "{labels:?}");
     let boxes = boxes(&labels);
     assert_eq!(boxes.len(), 3, "{boxes:?}");
@@ -152,13 +160,13 @@ fn labels_are_above_their_summits_and_apart() {
     // Names are above all land, also above what has no name.
     let lowest = boxes.iter().map(|label| label.to_px[1]).fold(0.0, f64::max);
     assert!(lowest < land_top_px && labels.halo.is_empty(), "{lowest} {land_top_px}");
-    let only = above_land(&sites, &seen[1..2], land_top_px, &drawn.ground());
+    let only = drawn.above(&sites, &seen[1..2], land_top_px, &drawn.ground());
     assert!(self::boxes(&only).iter().all(|label| label.to_px[1] < land_top_px));
     // Without room in the sky they are on land, with a halo, and without any room nothing is drawn.
-    let high = above_land(&sites, &seen, 4.0, &drawn.ground());
+    let high = drawn.above(&sites, &seen, 4.0, &drawn.ground());
     assert!(!high.halo.is_empty() && !high.labelled.is_empty(), "{high:?}");
     let narrow = Ground { area_px: [DVec2::ZERO, DVec2::new(480.0, 12.0)], ..drawn.ground() };
-    assert!(above_land(&sites, &seen, land_top_px, &narrow).labelled.is_empty());
+    assert!(drawn.above(&sites, &seen, land_top_px, &narrow).labelled.is_empty());
 }
 
 #[test]
@@ -168,7 +176,7 @@ fn labels_of_a_map_keep_clear_of_other_symbols() {
     let seen: Vec<Seen> = [[200.0, 150.0], [212.0, 150.0], [5.0, 5.0], [330.0, 200.0]]
         .into_iter()
         .enumerate()
-        .map(|(site, px)| Seen { site, px: px.into(), below_px: 0.0 })
+        .map(|(site, px)| Seen { site, px: px.into(), apart_px: 0.0, below_px: 0.0 })
         .collect();
     let labels = on_map(&sites, &seen, &drawn.ground());
     assert!(labels.labelled.len() >= 3 && !labels.halo.is_empty(), "{labels:?}");

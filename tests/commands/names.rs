@@ -1,5 +1,6 @@
 //! Summits in `info`, and names of summits in `render`.
 
+use hachure::file::png::{Picture, read_rgba8};
 use serde_json::Value;
 
 use crate::Place;
@@ -91,9 +92,12 @@ fn names_are_groups_of_a_drawing() {
         |svg: &str| svg.split("id=\"names\"").nth(1).and_then(|names| names.split("</g>").next()).map(str::to_owned);
     assert_eq!(names(&std::fs::read_to_string(place.path("again.svg")).unwrap()), names(&main));
     assert_ne!(names(&all), names(&main));
-    // A film of the same view has no labels, and says nothing of options that nobody typed.
+    // A film of the same land has the labels, too.
     place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-1300,+500,0,-15,60\n0.1,0,-1290,+500,0,-15,60\n");
-    place.text(&["render", "--like", "main.svg", "--path", "path.csv", "--fps", "10", "-o", "film%d.png"]);
+    let film = ["render", "--like", "view.svg", "--path", "path.csv", "--fps", "10", "-o"];
+    place.text(&[&film[..], &["film%d.svg"]].concat());
+    let frame = |number: u32| std::fs::read_to_string(place.path(&format!("film{number}.svg"))).unwrap();
+    assert!(fills(&frame(0)) > 0 && fills(&frame(1)) > 0);
     // Without the file, the error does not say what is in it.
     place.file("peaks.geojson", "secret,more\n1,2\n");
     let error = place.error(&["render", "--like", "main.svg", "-o", "other.svg"]);
@@ -117,9 +121,88 @@ fn names_that_cannot_be_drawn_are_one_line() {
     assert!(condition.contains("column 1: there is no attribute"), "{condition}");
     let wrong = place.misuse(&draw(&["--names", "codes.csv", "--name-when", "code = 3", "-o", "a.png"]));
     assert!(wrong.contains("use =="), "{wrong}");
-    let film = place.misuse(&draw(&["--peaks", "3", "-o", "a%d.png", "--path", "tour"]));
-    assert!(film.contains("films cannot have labels yet"), "{film}");
-    let pair = place.misuse(&draw(&["--peaks", "3", "--eyes", "anaglyph", "-o", "a.png"]));
-    assert!(pair.contains("stereo pairs cannot have labels yet"), "{pair}");
+    let lines = place.misuse(&draw(&["--peaks", "3", "--map", "-o", "a.geojson"]));
+    assert!(lines.contains("--peaks") && lines.contains("a .geojson holds only lines"), "{lines}");
     assert_eq!(place.names().iter().filter(|name| name.ends_with(".png")).count(), 0);
+}
+
+/// Returns the rows of two pictures that differ by more than 40 levels, and how many pixels do.
+fn differing(a: &Picture, b: &Picture) -> (Vec<usize>, usize) {
+    let width = a.width as usize;
+    let mut rows: Vec<usize> = Vec::new();
+    let mut count = 0;
+    for (i, (a, b)) in a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4)).enumerate() {
+        if a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 40) {
+            count += 1;
+            rows.push(i / width);
+        }
+    }
+    rows.dedup();
+    (rows, count)
+}
+
+/// The camera turns, so that summits enter the picture and leave it.
+const TURN: &str = "t,x,y,z,yaw,pitch,fov\n0,-300,-1500,+500,-30,-6,50\n4,300,-1300,+500,40,-6,50\n";
+
+#[test]
+fn a_film_has_labels_and_its_parts_have_those_of_the_whole() {
+    let place = Place::empty();
+    dem(&place);
+    place.file("turn.csv", TURN);
+    let film = ["render", "dem.tif", "--path", "turn.csv", "--fps", "6", "--size", "240x150", "--style", "lsa"];
+    let draw = |options: &[&str]| place.text(&[&film[..], options].concat());
+    let read = |name: &str| read_rgba8(&place.path(name)).unwrap();
+    draw(&["-o", "bare%02d.png", "--frames", "..14"]);
+    draw(&["-o", "named%02d.png", "--peaks", "8", "--frames", "..14"]);
+    // Labels are in the pixels of all frames, above the land.
+    for number in 0..14 {
+        let (rows, count) = differing(&read(&format!("bare{number:02}.png")), &read(&format!("named{number:02}.png")));
+        assert!(count > 20 && rows[0] < 75, "frame {number}: {count} pixels, rows {rows:?}");
+    }
+    // A part begins with the labels of the whole.
+    draw(&["-o", "part%02d.png", "--peaks", "8", "--frames", "9..14"]);
+    let same = |number: u32| read(&format!("part{number:02}.png")) == read(&format!("named{number:02}.png"));
+    assert!((9..14).all(same));
+    // Planted: without the frames before the part.
+    draw(&["-o", "part%02d.png", "--peaks", "8", "--frames", "9..14", "--warm-up", "0", "--overwrite"]);
+    assert!(!(9..14).all(same));
+    // The film in one file has the letters, too.
+    draw(&["-o", "film.gif", "--peaks", "8", "--frames", "..2"]);
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let mut shown = options.read_info(std::fs::File::open(place.path("film.gif")).unwrap()).unwrap();
+    let frame = Picture { width: 240, height: 150, rgba: shown.read_next_frame().unwrap().unwrap().buffer.to_vec() };
+    assert!(differing(&frame, &read("named00.png")).1 < 20 && differing(&frame, &read("bare00.png")).1 > 20);
+}
+
+#[test]
+fn both_eyes_of_a_picture_have_labels() {
+    let place = Place::empty();
+    dem(&place);
+    let pair = ["render", "dem.tif", CAMERA, "--size", "240x150", "--style", "lsa", "--ipd", "40"];
+    let draw = |options: &[&str]| {
+        place.text(&[&pair[..], options].concat());
+        read_rgba8(&place.path(options[1])).unwrap()
+    };
+    let half = |both: &Picture, eye: usize| {
+        let rows = both.rgba.chunks_exact(4 * 480).flat_map(|row| &row[4 * 240 * eye..][..4 * 240]);
+        Picture { width: 240, height: 150, rgba: rows.copied().collect() }
+    };
+    let both = draw(&["-o", "both.png", "--eyes", "side-by-side", "--peaks", "6"]);
+    let bare = draw(&["-o", "bare.png", "--eyes", "side-by-side"]);
+    let rows = [0, 1].map(|eye| differing(&half(&both, eye), &half(&bare, eye)).0);
+    assert!(!rows[0].is_empty() && rows[0] == rows[1], "{rows:?}");
+    // An eye alone has the picture of the pair, also in a film.
+    assert!(draw(&["-o", "left.png", "--eyes", "left", "--peaks", "6"]) == half(&both, 0));
+    let mixed = draw(&["-o", "mixed.png", "--eyes", "anaglyph", "--peaks", "6"]);
+    assert!(differing(&mixed, &draw(&["-o", "plain.png", "--eyes", "anaglyph"])).1 > 20);
+    draw_svg(&place, &pair);
+}
+
+/// Draws an anaglyph as an SVG, in which each eye has a layer of letters.
+fn draw_svg(place: &Place, pair: &[&str]) {
+    let strokes: Vec<&str> = pair.iter().map(|word| if *word == "lsa" { "strokes" } else { word }).collect();
+    place.text(&[&strokes[..], &["-o", "mixed.svg", "--eyes", "anaglyph", "--peaks", "6"]].concat());
+    let svg = std::fs::read_to_string(place.path("mixed.svg")).unwrap();
+    assert!(svg.contains("id=\"names-left-eye\"") && svg.contains("id=\"names-right-eye\""));
 }

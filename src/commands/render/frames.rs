@@ -105,6 +105,8 @@ pub(super) struct WarmUp {
     pub(super) first: u64,
     /// Whether only strokes are needed of them.
     pub(super) only_strokes: bool,
+    /// The first frame whose labels are laid out, at or before `first`.
+    pub(super) first_of_labels: u64,
 }
 
 impl WarmUp {
@@ -121,7 +123,13 @@ impl WarmUp {
             None if is_mean => MEAN_FRAMES,
             None => 0,
         };
-        Self { first: first.saturating_sub(frames), only_strokes: carries && !is_mean && !kind.is_drawing() }
+        // A label may be as old as the film.
+        let of_labels = if args.labels.is_empty() { 0 } else { args.warm_up.unwrap_or(first) };
+        Self {
+            first: first.saturating_sub(frames),
+            only_strokes: carries && !is_mean && !kind.is_drawing(),
+            first_of_labels: first.saturating_sub(frames.max(of_labels)),
+        }
     }
 }
 

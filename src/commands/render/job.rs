@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::frames::WarmUp;
 use super::hosted::Take;
 use super::map::{PlacedMap, Sidecars};
+use super::names::{EyeLabels, Names};
 use super::numbers::blocks_px;
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
@@ -96,6 +97,8 @@ pub(super) struct Job<'a> {
     pub(super) flight: Option<String>,
     /// The places of `--names` that are on the land.
     pub(super) places: Vec<NamedPlace>,
+    /// The places that may have labels, if there are options for them.
+    pub(super) names: Option<Names>,
     pub(super) style: Style,
     pub(super) planes: Vec<Plane>,
     pub(super) gpu: Gpu,
@@ -223,14 +226,16 @@ impl Job<'_> {
         self.warn_of_frame();
         let mut total = PictureReport::default();
         let start_s = self.clock.now_s;
+        self.find_names()?;
         let warm_up = WarmUp::new(self.args, &kind, &self.style, written.start);
-        if warm_up.first > 0 {
-            Renderer::or_new(&mut self.renderer, &self.gpu)?.begin_at(warm_up.first);
+        let first = warm_up.first_of_labels;
+        if first > 0 {
+            Renderer::or_new(&mut self.renderer, &self.gpu)?.begin_at(first);
         }
         let curves = self.film_curves(cameras, warm_up.first..written.end, start_s)?;
-        self.drawing = Drawing { bar: Some(Bar::default()), pictures: [0, written.end - warm_up.first] };
-        for number in warm_up.first..written.end {
-            self.drawing.pictures[0] = number - warm_up.first;
+        self.drawing = Drawing { bar: Some(Bar::default()), pictures: [0, written.end - first] };
+        for number in first..written.end {
+            self.drawing.pictures[0] = number - first;
             self.drawing.report(0.0);
             let camera = &cameras[number as usize];
             let at_s = |number: u64| start_s + self.args.fps().time_s(number);
@@ -241,6 +246,14 @@ impl Job<'_> {
             self.tone_curve = curves.of_frame(number as usize);
             if !matches!(kind, OutputKind::Mp4 | OutputKind::Gif) {
                 self.imprint.more.tone_curve = self.tone_curve.map(|curve| curve.to_string());
+            }
+            if number < warm_up.first {
+                self.remember_labels(pose, previous)?;
+                if number + 1 == warm_up.first {
+                    // These frames drew the surface alone.
+                    Renderer::or_new(&mut self.renderer, &self.gpu)?.forget();
+                }
+                continue;
             }
             if number < written.start {
                 self.remember(&kind, warm_up, pose, previous)?;
@@ -270,6 +283,7 @@ impl Job<'_> {
             total.append(report);
         }
         film.map_or(Ok(()), Film::finish)?;
+        self.warn_of_names();
         self.drawing = Drawing::default();
         Ok(total)
     }
@@ -312,6 +326,17 @@ impl Job<'_> {
             return Ok(());
         }
         Renderer::or_new(&mut self.renderer, &self.gpu)?.set_only_strokes(warm_up.only_strokes);
+        let drawn = self.render(pose, previous, |_| Ok(()));
+        Renderer::or_new(&mut self.renderer, &self.gpu)?.set_only_strokes(false);
+        drawn.map(drop)
+    }
+
+    /// Looks at a frame before those that are drawn, so that the labels of the film are remembered.
+    fn remember_labels(&mut self, pose: Pose, previous: Pose) -> anyhow::Result<()> {
+        if !self.labels_follow_frame() {
+            return self.labels(pose).map(drop);
+        }
+        Renderer::or_new(&mut self.renderer, &self.gpu)?.set_only_strokes(true);
         let drawn = self.render(pose, previous, |_| Ok(()));
         Renderer::or_new(&mut self.renderer, &self.gpu)?.set_only_strokes(false);
         drawn.map(drop)
@@ -401,9 +426,10 @@ impl Job<'_> {
         mut take: impl FnMut(Vec<Band>) -> Result<(), FileError>,
     ) -> anyhow::Result<PictureReport> {
         let title = self.title_block(&pose);
-        let labels = self.labels(pose)?;
+        let follows_frame = self.labels_follow_frame();
+        let labels = if follows_frame { Vec::new() } else { self.labels(pose)? };
         let mut legend = self.legend().filter(|_| title.as_ref().is_some_and(|title| title.legend.is_some()));
-        let numbers = self.contour_numbers(&blocks_px(&labels))?;
+        let numbers = self.contour_numbers(&blocks_px(labels.iter().flat_map(EyeLabels::blocks)))?;
         let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
         let numbers = numbers.as_ref().map(Numbers::blocks).unwrap_or_default();
         let mut planes = self.planes.clone();
@@ -431,7 +457,8 @@ impl Job<'_> {
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
         let [width, height] = self.args.size().map(|side| side as usize);
-        let (drawing, mut drawn_rows) = (&self.drawing, 0);
+        // An error ends the drawing.
+        let (drawing, mut drawn_rows) = (std::mem::take(&mut self.drawing), 0);
         let area = legend::drawn_area(&self.style.paper, self.args.size());
         let mut take = |mut bands: Vec<Band>| {
             drawn_rows += bands.first().map_or(0, |band| band.rows);
@@ -444,17 +471,37 @@ impl Job<'_> {
                 let blocks = if bands.iter().any(has_foot) { legend.blocks(&place) } else { Vec::new() };
                 blocks.iter().for_each(|block| bands.iter_mut().for_each(|band| block.draw(band, width)));
             }
-            let drawn_over = numbers.iter().chain(&labels).chain(&title);
+            let drawn_over = numbers.iter().chain(&title);
             drawn_over.for_each(|block| bands.iter_mut().for_each(|band| block.draw(band, width)));
             take(bands)
         };
+        // A name is at the distance of its summit, so each eye has its own picture of it.
+        let labelled = |mut bands: Vec<Band>, labels: &[EyeLabels]| {
+            for (band, labels) in bands.iter_mut().zip(labels) {
+                labels.blocks().for_each(|block| block.draw(band, width));
+            }
+            if shown.of_pair().is_empty() { bands } else { eyes::shown(shown, bands) }
+        };
+        let mut waiting = Vec::new();
+        let mut take_or_wait = |bands: Vec<Band>| {
+            if follows_frame {
+                waiting.push(bands);
+                return Ok(());
+            }
+            take(labelled(bands, &labels))
+        };
         let report = match shown.of_pair() {
-            [] => picture::render(gpu, renderer, surfaces, &request, |band| take(vec![band]))?,
+            [] => picture::render(gpu, renderer, surfaces, &request, |band| take_or_wait(vec![band]))?,
             _ => {
                 let pair = self.pair.unwrap_or_default();
-                picture::render_pair(gpu, renderer, surfaces, &request, &pair, |bands| take(eyes::shown(shown, bands)))?
+                picture::render_pair(gpu, renderer, surfaces, &request, &pair, take_or_wait)?
             }
         };
+        if follows_frame {
+            let labels = self.labels_of_frame(pose, previous)?;
+            waiting.into_iter().try_for_each(|bands| take(labelled(bands, &labels)))?;
+        }
+        self.drawing = drawing;
         legend.iter().for_each(|legend| self.warn_of_legend(legend));
         self.whole(report)
     }

@@ -24,19 +24,19 @@ impl Job<'_> {
 }
 
 /// Returns the boxes of the strokes and letters of blocks: lower and upper corners, in pixels.
-pub(super) fn blocks_px(blocks: &[Block]) -> Vec<[DVec2; 2]> {
-    let strokes = blocks.iter().flat_map(|block| &block.strokes);
+pub(super) fn blocks_px<'a>(blocks: impl Iterator<Item = &'a Block> + Clone) -> Vec<[DVec2; 2]> {
+    let strokes = blocks.clone().flat_map(|block| &block.strokes);
     let strokes = strokes.map(|stroke| around(stroke.points.iter().copied(), 0.5 * stroke.width_px));
-    strokes.chain(blocks.iter().flat_map(|block| &block.areas).map(|area| around_path(&area.curves))).collect()
+    strokes.chain(blocks.flat_map(|block| &block.areas).map(|area| around_path(&area.curves))).collect()
 }
 
 /// Returns the boxes of the lines and areas of groups: lower and upper corners, in pixels.
-pub(super) fn groups_px(groups: &[Group]) -> Vec<[DVec2; 2]> {
-    let lines = groups.iter().flat_map(|group| &group.lines).map(|line| {
+pub(super) fn groups_px<'a>(groups: impl Iterator<Item = &'a Group> + Clone) -> Vec<[DVec2; 2]> {
+    let lines = groups.clone().flat_map(|group| &group.lines).map(|line| {
         let half_width_px = line.points.iter().map(|point| f64::from(point.half_width_px)).fold(0.0, f64::max);
         around(line.points.iter().map(|point| DVec2::from(point.px.map(f64::from))), half_width_px)
     });
-    lines.chain(groups.iter().flat_map(|group| &group.fills).map(around_path)).collect()
+    lines.chain(groups.flat_map(|group| &group.fills).map(around_path)).collect()
 }
 
 fn around(points: impl Iterator<Item = DVec2>, margin_px: f64) -> [DVec2; 2] {

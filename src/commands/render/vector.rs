@@ -5,6 +5,7 @@ use std::path::Path;
 use anyhow::Context;
 
 use super::super::misuse::Misuse;
+use super::names::NAMES;
 use super::numbers::groups_px;
 use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
@@ -21,7 +22,7 @@ use crate::style::layers::Trace;
 use crate::style::{Style, StyleInk};
 use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
-use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
+use crate::vector::{self, DrawingReport, Group, Settings, TOLERANCE_PX};
 
 /// A layer of an anaglyph: id, label and ink. A red glass shows cyan as black, and red as paper.
 type EyeInk = (&'static str, &'static str, &'static str);
@@ -170,11 +171,11 @@ impl Job<'_> {
         pose: Pose,
         is_on_earth: bool,
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
-        let labels = if is_on_earth { Vec::new() } else { self.label_groups(pose)? };
+        let mut labels = if is_on_earth { Vec::new() } else { self.label_groups(pose)? };
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         // A geographic file has no letters, so its lines need no gaps for them.
-        let numbers = if is_on_earth { None } else { self.contour_numbers(&groups_px(&labels))? };
+        let numbers = if is_on_earth { None } else { self.contour_numbers(&groups_px(labels.iter().flatten()))? };
         let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
         let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, line_gaps: &line_gaps, ..still };
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
@@ -186,7 +187,19 @@ impl Job<'_> {
                 let (left, mut drawn) = vector::layer_of_eye(left, settings, LEFT_INK);
                 let (right, of_right) = vector::layer_of_eye(right, settings, RIGHT_INK);
                 drawn.append(&of_right);
-                (vec![left, right], drawn)
+                let mut layers = vec![left, right];
+                for (labels, (id, label, ink)) in labels.iter().zip([LEFT_INK, RIGHT_INK]) {
+                    let letters = labels.iter().filter(|group| group.id == NAMES);
+                    let named = letters.map(|group| Group {
+                        id: format!("{}-{id}", group.id),
+                        label: format!("{}. {label}", group.label),
+                        ..group.clone()
+                    });
+                    let (of_labels, report) = vector::layers(&named.collect::<Vec<_>>(), settings, None);
+                    layers.extend(of_labels.into_iter().map(|layer| Layer { ink: Some(ink.to_owned()), ..layer }));
+                    drawn.append(&report);
+                }
+                (layers, drawn)
             }
             (shown, eyes) => {
                 let eye = usize::from(shown == Eyes::Right && eyes.len() > 1);
@@ -203,7 +216,7 @@ impl Job<'_> {
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }
-                groups.extend(labels);
+                groups.extend((eye < labels.len()).then(|| labels.swap_remove(eye)).into_iter().flatten());
                 if !is_on_earth {
                     self.add_title(&mut groups, &pose);
                 }

@@ -55,6 +55,16 @@ struct Followed {
 }
 
 impl Flight {
+    /// Returns the numbers of the labels that are visible, or begin to be.
+    pub(crate) fn ids(&self) -> impl Iterator<Item = u64> + '_ {
+        self.labels.keys().copied()
+    }
+
+    /// Returns what the state of a label requires of the next layout.
+    pub(crate) fn hold(&self, id: u64) -> Hold {
+        self.steady.hold(id)
+    }
+
     /// Returns the labels of a frame, by their numbers. If several summits have the same number, the last one counts.
     pub(crate) fn frame(&mut self, time_s: f64, summits: &[Summit], rows: &Rows) -> Vec<Shown> {
         let (passed_s, is_due) = self.steady.begin(time_s);

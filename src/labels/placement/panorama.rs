@@ -83,7 +83,7 @@ pub(crate) struct Place {
 /// for which it has no element are free. Returns a place for each label, or `None` for a label that is left out.
 pub(crate) fn panorama(labels: &[Label], rows: &Rows, holds: &[Hold]) -> Vec<Option<Place>> {
     let problem = Problem::new(labels, rows, holds);
-    let rows_of = improve::solve(&problem);
+    let rows_of = problem.solved();
     problem.places(labels.len(), &rows_of, &problem.homes(rows.align))
 }
 
@@ -135,6 +135,15 @@ impl Problem {
         sites.sort_by(|a, b| (a.x_px[0] + a.x_px[1]).total_cmp(&(b.x_px[0] + b.x_px[1])));
         let gains = (0..count).map(|row| sites.iter().map(|site| gain(site, row)).collect()).collect();
         Self { sites, gains, gap_px: usual(rows.gap_px), leader_gap_px: usual(rows.leader_gap_px) }
+    }
+
+    /// Returns the row of each site. Rows in which no label may be cost no time.
+    fn solved(&self) -> Vec<Option<usize>> {
+        let is_used = |row: &usize| self.gains[*row].iter().any(|gain| *gain > f64::NEG_INFINITY);
+        let used: Vec<usize> = (0..self.gains.len()).filter(is_used).collect();
+        let gains = used.iter().map(|row| self.gains[*row].clone()).collect();
+        let rows_of = improve::solve(&Self { sites: self.sites.clone(), gains, ..*self });
+        rows_of.into_iter().map(|row| row.map(|row| used[row])).collect()
     }
 
     /// Returns the distance from a leader to another one to its right; the smaller one of both pictures.
