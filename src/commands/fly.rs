@@ -14,8 +14,10 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::arguments;
+use super::misuse::Misuse;
 use super::place_args::LookArgs;
 use super::quality_args::QualityArgs;
+use super::render::names::NamesArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
@@ -57,6 +59,9 @@ pub(crate) struct FlyArgs {
     /// Largest error of the drawn surface, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: f64,
+    /// The labels over the picture; a key shows and hides them.
+    #[command(flatten)]
+    pub labels: NamesArgs,
     /// How exactly the picture is drawn.
     #[command(flatten)]
     pub quality: QualityArgs,
@@ -86,6 +91,11 @@ const SIZE_PX: [u32; 2] = [1280, 720];
 /// # Errors
 /// Fails if there is no display or no headset, if an input is invalid, or if the GPU fails.
 pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+    args.labels.check()?;
+    if args.vr && !args.labels.is_empty() {
+        let option = if args.labels.names.is_some() { "--names" } else { "--peaks" };
+        return Err(Misuse(format!("{option}: a headset has no labels yet; leave out the option or --vr")).into());
+    }
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }
 
@@ -96,7 +106,8 @@ pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 /// The errors of [`run`].
 pub(crate) fn run_again(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let has_place = args.camera.is_some() || args.path.is_some() || args.look.look_at.is_some();
-    let again = args.world.name.is_none() && !has_place && !args.vr && args.frames.is_none();
+    let again =
+        args.world.name.is_none() && args.labels.names.is_none() && !has_place && !args.vr && args.frames.is_none();
     if again { in_window::run_again(args, adapter) } else { run(args, adapter) }
 }
 

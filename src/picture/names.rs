@@ -4,12 +4,18 @@
 //! Only what the picture shows has a name: the surface that is drawn decides what is visible. Where labels are is
 //! decided by [`crate::labels::placement`].
 
+#[cfg(feature = "window")]
+mod mask;
 pub(crate) mod moving;
 mod seen;
 pub(crate) mod sites;
 
 use glam::{DVec2, DVec3};
 
+#[cfg(feature = "window")]
+pub(crate) use self::mask::{LETTER_GAP, LetterMask, leader_px, letter_mask};
+#[cfg(feature = "window")]
+pub(crate) use self::seen::placed_on;
 pub(crate) use self::seen::{Seen, SeenSurface, Visible, Wanted, visible};
 use super::title::{MAX_PEN, MIN_PEN, PEN};
 use crate::labels::placement::Rect;

@@ -223,6 +223,7 @@ mod tests {
                 height_above_ground_m: 0.0,
                 is_preparing: false,
                 panels: &[],
+                has_labels: false,
                 views: [false, false],
             };
             show(ui, &stats, &CostStats { traffic: &traffic, picture_bytes: 16 << 20, cpu_ms: [0.5, 0.25] });

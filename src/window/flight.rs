@@ -12,6 +12,7 @@ mod edits;
 mod exports;
 mod gallery;
 mod history;
+mod labels;
 mod land;
 mod layer_picking;
 mod navigate;
@@ -49,6 +50,7 @@ use super::gallery::thumbnails::Thumbnails;
 use super::help::KeysWindow;
 use super::input::Input;
 use super::inspector::Inspector;
+use super::labels::Labels;
 use super::land_panel::LandPanel;
 use super::light::LightPanel;
 use super::open_dialog::OpenDialog;
@@ -123,6 +125,7 @@ pub(super) struct Flight {
     camera_history: CameraHistory,
     navigation: Navigation,
     layer_picking: LayerPicking,
+    labels: Labels,
     light_panel: LightPanel,
     land_panel: LandPanel,
     /// The land with another exaggeration or other trees, while it is being read.
@@ -275,6 +278,7 @@ impl Flight {
         }
         self.present(surface, painted);
         self.request_place();
+        self.request_labels();
         self.request_picked_layer();
         self.request_viewed_picture();
         self.gpu.check()?;
@@ -308,7 +312,8 @@ impl Flight {
             self.animating_since = None;
         }
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now())
-            || std::mem::take(&mut self.needs_relayout);
+            || std::mem::take(&mut self.needs_relayout)
+            || self.labels_settle();
         // A shader may fail when it is first used.
         let has_news = self.update_lasting_messages() | self.fill_gallery(is_still)?;
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
@@ -344,6 +349,7 @@ impl Flight {
             tracing::debug!("{error}");
         }
         self.take_place();
+        self.follow_labels();
         self.take_picked_layer(now);
         self.take_viewed_picture();
         let cpu = self.renderer.as_ref().map(Renderer::cpu).unwrap_or_default();

@@ -20,6 +20,8 @@ pub(super) enum Action {
     ToggleGallery,
     /// Show or remove the divider between two styles.
     ToggleDivider,
+    /// Show or hide the labels of summits.
+    ToggleLabels,
     /// Write a picture to a file.
     Screenshot,
     /// Show or hide a panel.
@@ -95,6 +97,7 @@ pub(super) const HELP: &[Group] = &[
             ("T", "top view"),
             ("F", "frame all"),
             ("L", "go to coordinates"),
+            ("U", "labels of summits"),
             ("Ctrl C", "copy coordinates"),
             ("R", "return to start"),
             ("Alt Left, Alt Right", "previous view, next view"),
@@ -183,6 +186,7 @@ pub(super) fn action(code: KeyCode, sign: Option<&str>) -> Option<Action> {
         Key::KeyT => Action::TopView,
         Key::KeyF => Action::FrameAll,
         Key::KeyL => Action::GoTo,
+        Key::KeyU => Action::ToggleLabels,
         Key::F11 => Action::FullScreen,
         Key::BracketLeft => Action::Zoom(1.0 / 1.1),
         Key::BracketRight => Action::Zoom(1.1),

@@ -24,6 +24,7 @@ mod help;
 mod input;
 mod inspector;
 mod keys;
+mod labels;
 mod land_panel;
 mod layer_picking;
 mod light;
@@ -58,6 +59,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use winit::event_loop::EventLoop;
 
+pub(crate) use self::labels::LabelOptions;
 use self::land_panel::LandPanel;
 use self::remembered::Remembered;
 use crate::file::FileError;
@@ -199,6 +201,8 @@ pub(crate) struct FlightOptions {
     pub style: String,
     /// The camera path that is flown at the start: a file, or the name of a built-in path.
     pub path: Option<String>,
+    /// The labels at the start.
+    pub labels: LabelOptions,
     /// Initial size of the window.
     pub size_px: [u32; 2],
     /// The quality at the start.

@@ -66,6 +66,8 @@ pub(super) struct PanelStats<'a> {
     pub is_preparing: bool,
     /// The other panels, and whether each is shown.
     pub panels: &'a [(Pane, bool)],
+    /// Whether labels of summits are shown.
+    pub has_labels: bool,
     /// Whether there is a previous view, and a next one.
     pub views: [bool; 2],
 }
@@ -85,6 +87,8 @@ pub(super) struct PanelRequests {
     pub gallery: bool,
     /// Whether to show or remove the divider between two styles.
     pub divider: bool,
+    /// Whether to show or hide labels of summits.
+    pub labels: bool,
     /// Whether the value for `--camera` was copied.
     pub copied: bool,
     /// Whether to open the dialog that opens files.
@@ -155,6 +159,8 @@ fn panels(ui: &mut Ui, stats: &PanelStats<'_>, requests: &mut PanelRequests) {
         requests.gallery = gallery.on_hover_text("All styles as pictures of the present view (G)").clicked();
         let hint = "This style next to another one, or to itself as it is saved (X)";
         requests.divider = ui.button("Compare").on_hover_text(hint).clicked();
+        let labels = ui.selectable_label(stats.has_labels, "Labels");
+        requests.labels = labels.on_hover_text("Heights and names of the summits in view (U)").clicked();
         let hint = "Open another world, a style or a camera path (Ctrl O); files may also be dropped on the window";
         requests.open = ui.button("Open…").on_hover_text(hint).clicked();
         let hint = "Write a picture of any size, poster sheets, lines for pens, a map or a film (Ctrl E)";

@@ -10,6 +10,7 @@ mod drawn;
 mod drop;
 mod exports;
 mod film;
+mod labels;
 mod land;
 mod latency;
 mod model;

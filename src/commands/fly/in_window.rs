@@ -4,11 +4,11 @@ use super::opened::OpenedWorld;
 use super::{FlyArgs, SIZE_PX, STYLE};
 use crate::commands::arguments;
 use crate::commands::progress::Bar;
-use crate::commands::render::{self, like};
+use crate::commands::render::{self, like, names};
 use crate::gpu::device::AdapterWish;
 use crate::scene::reach::Reach;
 use crate::window::remembered::Remembered;
-use crate::window::{FlightOptions, FlightWorld, Lasting, Windowing};
+use crate::window::{FlightOptions, FlightWorld, LabelOptions, Lasting, Windowing};
 use crate::world::title;
 
 /// Runs the command.
@@ -50,10 +50,15 @@ fn fly(args: &FlyArgs, adapter: &AdapterWish, last_world: Option<String>) -> any
     let windowing = Windowing::new()?;
     // The world, too, is opened before the window: it may take a while.
     let (args, opened) = opened(args, last_world)?;
+    let labels = LabelOptions {
+        peaks: args.labels.peaks.filter(|peaks| *peaks > 0).map(|peaks| peaks as usize),
+        places: names::places(&args.labels, &*opened.heights(), true)?,
+    };
     let options = FlightOptions {
         quality,
         fronts,
         name: title(args.world.name()),
+        labels,
         style: args.style.clone().or(last_style).unwrap_or_else(|| STYLE.to_owned()),
         path: args.path.as_ref().map(|path| path.to_string_lossy().into_owned()),
         size_px,

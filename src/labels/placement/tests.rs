@@ -48,6 +48,31 @@ fn layouts_of_few_labels_are_optimal() {
 }
 
 #[test]
+fn rows_that_are_not_in_use_have_no_labels() {
+    for seed in 0..10 {
+        let labels = instances::mountains(30, 900.0, seed);
+        let dense = instances::rows(3, 900.0);
+        let shift_px = 20.0 * 4.0;
+        let labels: Vec<Label> = labels.iter().map(|label| Label { y_px: label.y_px + shift_px, ..*label }).collect();
+        // Rows 2, 4 and 5 of a picture with room for eight.
+        let in_use = |row: usize| [2, 4, 5].contains(&row);
+        let top_px = |row: usize| if in_use(row) { 10.0 + 20.0 * row as f64 } else { f64::NAN };
+        let sparse = Rows { tops_px: (0..8).map(top_px).collect(), ..dense.clone() };
+        let places = panorama(&labels, &sparse, &[]);
+        assert!(places.iter().flatten().all(|place| in_use(place.row)));
+        let [found, expected] = [weight(&labels, &places), weight(&labels, &panorama(&labels, &dense, &[]))];
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} and not {expected}");
+        // Planted: another row.
+        let with = |row: usize| Rows {
+            tops_px: sparse.tops_px.iter().enumerate().map(|(i, top)| if i == row { 70.0 } else { *top }).collect(),
+            ..sparse.clone()
+        };
+        let more = panorama(&labels, &with(3), &[]);
+        assert!(more.iter().flatten().any(|place| place.row == 3));
+    }
+}
+
+#[test]
 fn one_row_is_optimal() {
     let mut shares = Vec::new();
     for seed in 0..50 {

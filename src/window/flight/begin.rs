@@ -29,6 +29,7 @@ use crate::window::gallery::thumbnails::Thumbnails;
 use crate::window::help::KeysWindow;
 use crate::window::input::Input;
 use crate::window::inspector::Inspector;
+use crate::window::labels::Labels;
 use crate::window::light::LightPanel;
 use crate::window::open_dialog::OpenDialog;
 use crate::window::opening::Parts;
@@ -119,6 +120,7 @@ impl Flight {
             proxy: proxy.clone(),
             navigation: Navigation::new(Places::of(&world.surfaces.terrain)),
             layer_picking: LayerPicking::new(),
+            labels: Labels::new(options.labels.clone(), world.world.clone()),
             scene_history: SceneHistory::new(&settings),
             settings,
             styles,

@@ -124,6 +124,7 @@ impl Flight {
             Action::Favourite(digit) => self.digit(digit),
             Action::ToggleGallery => self.toggle_gallery(),
             Action::ToggleDivider => self.toggle_divider(),
+            Action::ToggleLabels => self.toggle_labels(),
             Action::StepScale(step) => self.settings.step_scale(step),
             Action::Screenshot => self.take_screenshot(),
             Action::Toggle(pane) => self.dock.toggle(pane),
@@ -196,6 +197,7 @@ impl Flight {
         let shaders = self.gpu.pipelines().watches().then_some(self.next_shaders);
         let toast = self.toasts.next_end();
         let place = self.navigation.due_at();
+        let labels = self.labels.due_at(self.navigation.picture());
         let gallery = self.thumbnails.next_at().filter(|_| self.gallery.is_open);
         let readbacks = [self.layer_picking.due_at(), self.viewer.is_waiting().then_some(self.viewer.next_check)];
         let readback = readbacks.into_iter().flatten().min();
@@ -207,6 +209,7 @@ impl Flight {
             built,
             shaders,
             place,
+            labels,
             gallery,
             readback,
         ];
@@ -229,6 +232,14 @@ impl Flight {
                 tracing::debug!("{error}");
             }
             if self.take_place() {
+                return Next::Frame;
+            }
+        }
+        if self.labels.due_at(self.navigation.picture()).is_some_and(|at| at <= now) {
+            if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
+                tracing::debug!("{error}");
+            }
+            if self.follow_labels() || self.labels.is_due(self.navigation.picture(), now) {
                 return Next::Frame;
             }
         }

@@ -152,6 +152,7 @@ impl Flight {
         let is_new = self.overlay.take_screen_reader() | self.viewer.take_colours(&context);
         let has_news = is_new
             | self.report_pictures()
+            | self.follow_labels()
             | self.take_reopened()
             | self.take_opened()
             | self.take_path()

@@ -93,6 +93,11 @@ impl Navigation {
         self.picture
     }
 
+    /// Returns the eyes of the last picture, without jitter.
+    pub(super) fn eyes(&self) -> &[View] {
+        &self.eyes
+    }
+
     /// Returns when to check for an answer, if one is pending.
     pub(super) fn due_at(&self) -> Option<Instant> {
         self.picker.is_waiting().then_some(self.next_check)

@@ -55,6 +55,7 @@ impl Flight {
             || self.renderer.as_ref().is_some_and(|renderer| renderer.target(&PICTURE).is_some());
         let view = self.export_dialog.is_open().then(|| self.shown_view());
         let panels = [Pane::Style, Pane::Inside, Pane::Cost, Pane::Path].map(|pane| (pane, self.dock.is_shown(pane)));
+        let labels = if has_picture { self.label_shapes() } else { Vec::new() };
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
@@ -79,6 +80,7 @@ impl Flight {
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
             is_preparing: has_picture && !self.shows_chosen_style(),
             panels: &panels,
+            has_labels: self.labels.is_on(),
             views: self.has_views(),
         };
         let renderer = self.renderer.as_ref();
@@ -104,6 +106,7 @@ impl Flight {
             if !has_picture {
                 opening::sign(context, "Preparing the first picture…");
             }
+            context.layer_painter(egui::LayerId::background()).extend(labels.iter().cloned());
             self.viewer.paint(context);
             self.dock.show(ui, &mut |ui, pane| match pane {
                 Pane::View => {}
@@ -217,6 +220,9 @@ impl Flight {
         }
         if requests.divider {
             self.toggle_divider();
+        }
+        if requests.labels {
+            self.toggle_labels();
         }
         if requests.copied {
             self.say(About::Edit, "Copied the value for --camera".to_owned(), TOAST / 2);

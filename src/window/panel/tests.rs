@@ -56,6 +56,7 @@ fn stats(strokes: Option<StrokeNumbers>) -> PanelStats<'static> {
         height_above_ground_m: 0.0,
         is_preparing: false,
         panels: &[],
+        has_labels: false,
         views: [true, false],
     }
 }
