@@ -93,8 +93,11 @@ const SIZE_PX: [u32; 2] = [1280, 720];
 pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     args.labels.check()?;
     if args.vr && !args.labels.is_empty() {
-        let option = if args.labels.names.is_some() { "--names" } else { "--peaks" };
+        let option = args.labels.option();
         return Err(Misuse(format!("{option}: a headset has no labels yet; leave out the option or --vr")).into());
+    }
+    if args.labels.saddles.is_some() {
+        return Err(Misuse("--saddles: only maps (hachure render --map) have labels of saddles".to_owned()).into());
     }
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }

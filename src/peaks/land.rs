@@ -27,6 +27,8 @@ pub(crate) struct Summit {
     pub certain_prominence_m: f32,
     /// Height of the key saddle in metres; `None` for the highest summit of connected land.
     pub saddle_m: Option<f32>,
+    /// East and north of the key saddle from the centre of the world, in metres.
+    pub saddle_world_m: Option<[f64; 2]>,
     /// Distance from the nearest higher sample in metres; `None` if nothing in the data is higher.
     pub isolation_m: Option<f64>,
     /// Distance from the nearest place outside of the data in metres, if that is nearer: the isolation is at least this
@@ -225,6 +227,9 @@ impl Place {
             prominence_m: peak.prominence_m,
             certain_prominence_m: peak.certain_prominence_m,
             saddle_m: peak.key_saddle.map(|saddle| saddle.height_m),
+            saddle_world_m: peak
+                .key_saddle
+                .map(|saddle| self.mapping.world_from_grid(saddle.column as f64, saddle.row as f64).to_array()),
             isolation_m: peak.isolation.higher.map(|higher| higher.distance_m),
             outside_m: peak.isolation.outside_m,
             sample: [peak.column, peak.row],

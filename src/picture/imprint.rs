@@ -141,6 +141,8 @@ pub struct More {
     pub frame: Option<bool>,
     /// Value of `--peaks`.
     pub peaks: Option<u32>,
+    /// Value of `--saddles`.
+    pub saddles: Option<u32>,
     /// File of `--names`.
     pub names: Option<String>,
     /// Value of `--name-layer`.
@@ -186,7 +188,7 @@ impl More {
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
     /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`;
-    /// 12 `layers` and `graticule`.
+    /// 12 `layers`, `graticule` and `saddles`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -201,7 +203,7 @@ impl More {
         const TITLED: u32 = 10;
         const NAMED: u32 = 11;
         match self {
-            _ if self.layers.is_some() || self.graticule.is_some() => VERSION,
+            _ if self.layers.is_some() || self.graticule.is_some() || self.saddles.is_some() => VERSION,
             _ if self.peaks.is_some() || self.names.is_some() => NAMED,
             _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => TITLED,
             _ if self.frame.is_some() => FRAMED,
@@ -258,6 +260,7 @@ impl More {
             map: _,
             title: _,
             peaks,
+            saddles,
             names: _,
             name_layer: _,
             name_when: _,
@@ -279,6 +282,7 @@ impl More {
         let numbers = [
             ("time_s", *time_s, ranges::TIME_S),
             ("peaks", peaks.map(f64::from), ranges::PEAKS),
+            ("saddles", saddles.map(f64::from), ranges::PEAKS),
             ("samples", samples.map(f64::from), ranges::SAMPLES),
             ("lod_error", *lod_error, ranges::LOD_ERROR_PX),
             ("nodata", *nodata, ranges::NO_DATA_M),

@@ -49,6 +49,8 @@ const MAX_ROWS: usize = 6;
 /// Half of the height of a summit's triangle and of a place's ring on a map, and the distance of the name.
 const SYMBOL: f64 = 3.2;
 const SYMBOL_GAP: f64 = 2.0;
+/// Distance of the middle of each arc of a saddle's symbol from the saddle, in halves of a symbol.
+const SADDLE_GAP: f64 = 1.3;
 /// Width of the halo around letters on a map.
 pub(super) const HALO: f64 = 2.2;
 
@@ -61,8 +63,18 @@ pub(crate) struct Site {
     pub text: String,
     /// Importance, more than 0; the prominence of a summit.
     pub weight: f64,
-    /// Whether it is a summit, which has a triangle on maps.
-    pub is_summit: bool,
+    pub kind: SiteKind,
+}
+
+/// What a site is, which decides its symbol on maps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum SiteKind {
+    /// A triangle.
+    Summit,
+    /// Two arcs, back to back.
+    Saddle,
+    /// A ring.
+    Place,
 }
 
 /// The part of a picture that may have labels, and their inks.
@@ -211,7 +223,7 @@ pub(crate) fn on_map(sites: &[Site], seen: &[Seen], ground: &Ground<'_>) -> Labe
     for (((side, at), line), point) in points(&named, &page, &[], &[]).iter().zip(seen).zip(&lines).zip(&named) {
         let Some(side) = side else { continue };
         let Rect { from_px: [left, _], to_px: [_, bottom] } = point.name_box(*side, &page);
-        drawn.symbol(at.px, sites[at.site].is_summit, px);
+        drawn.symbol(at.px, sites[at.site].kind, px);
         drawn.write(line, DVec2::new(left, bottom), height_px, px);
         drawn.labelled.push(at.site);
     }
@@ -227,14 +239,23 @@ impl Labels {
         self.areas.extend(line.areas(at, height_px));
     }
 
-    /// Draws a triangle or a ring.
-    fn symbol(&mut self, at: DVec2, is_summit: bool, px: f64) {
-        let corners = if is_summit { 3 } else { 12 };
-        let around = |i: usize| {
-            let turn = std::f64::consts::TAU * i as f64 / corners as f64;
-            at + SYMBOL * px * DVec2::new(turn.sin(), -turn.cos())
+    fn symbol(&mut self, at: DVec2, kind: SiteKind, px: f64) {
+        let arc = |middle: DVec2, turns: f64, corners: usize| {
+            let around = |i: usize| {
+                let turn = std::f64::consts::TAU * turns * i as f64 / corners as f64;
+                middle + SYMBOL * px * DVec2::new(turn.sin(), -turn.cos())
+            };
+            PenStroke { points: (0..=corners).map(around).collect(), width_px: 1.1 * px }
         };
-        self.strokes.push(PenStroke { points: (0..=corners).map(around).collect(), width_px: 1.1 * px });
+        match kind {
+            SiteKind::Summit => self.strokes.push(arc(at, 1.0, 3)),
+            SiteKind::Place => self.strokes.push(arc(at, 1.0, 12)),
+            // The right half of a circle to the left of the saddle, and the left half of one to its right.
+            SiteKind::Saddle => {
+                let aside = DVec2::new(SADDLE_GAP * SYMBOL * px, 0.0);
+                self.strokes.extend([arc(at - aside, 0.5, 6), arc(at + aside, -0.5, 6)]);
+            }
+        }
     }
 
     /// Adds a halo around everything that is drawn.

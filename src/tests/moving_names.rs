@@ -14,7 +14,7 @@ use hachure::picture::PictureRequest;
 use hachure::picture::names::moving::MovingNames;
 use hachure::picture::names::sites::Sites;
 use hachure::picture::names::{
-    Ground, Labels, Placed, SeenSurface, Site, Visible, Wanted, above_land, drawn_rows, visible,
+    Ground, Labels, Placed, SeenSurface, Site, SiteKind, Visible, Wanted, above_land, drawn_rows, visible,
 };
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, Rig, View};
@@ -43,9 +43,9 @@ fn sites() -> Sites {
         world_m: DVec3::new(east, north, high_m),
         text: format!("Peak {index}"),
         weight: high_m,
-        is_summit: true,
+        kind: SiteKind::Summit,
     };
-    Sites { all: PEAKS.into_iter().enumerate().map(of).collect(), names: 0, doubted: 0 }
+    Sites { all: PEAKS.into_iter().enumerate().map(of).collect(), names: 0, saddles: 0, doubted: 0 }
 }
 
 struct Scene {

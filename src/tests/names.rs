@@ -11,7 +11,9 @@ use common::{World, grid_of};
 use glam::{DVec2, DVec3};
 use hachure::labels::placement::Rect;
 use hachure::picture::PictureRequest;
-use hachure::picture::names::{Ground, Labels, Seen, Site, Visible, Wanted, above_land, drawn_rows, on_map, visible};
+use hachure::picture::names::{
+    Ground, Labels, Seen, Site, SiteKind, Visible, Wanted, above_land, drawn_rows, on_map, visible,
+};
 use hachure::scene::view::Pose;
 use hachure::style::{Style, Typeface};
 
@@ -38,7 +40,7 @@ fn sites() -> Vec<Site> {
         world_m: DVec3::new(east, north, high_m),
         text: format!("Peak {index}"),
         weight: high_m,
-        is_summit: true,
+        kind: SiteKind::Summit,
     };
     PEAKS.into_iter().enumerate().map(of).collect()
 }

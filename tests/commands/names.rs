@@ -84,6 +84,11 @@ fn names_are_groups_of_a_drawing() {
     assert_eq!(fills(&none), 0);
     assert!(fills(&all) > fills(&main) && fills(&main) > 0, "{} {}", fills(&all), fills(&main));
     assert!(fills(&heights) > 0 && all.contains("id=\"names-halo\""));
+    let saddles = draw("saddles.svg", &[map[0], "--saddles", "2"]);
+    let both = draw("both.svg", &[map[0], "--peaks", "3", "--saddles", "2"]);
+    assert!(fills(&saddles) > 0 && fills(&both) == fills(&heights) + fills(&saddles));
+    let error = place.misuse(&["render", "dem.tif", CAMERA, "--saddles", "2", "-o", "view.png"]);
+    assert!(error.contains("--saddles: only maps have labels of saddles"), "{error}");
     let view = draw("view.svg", &[CAMERA, "--peaks", "5"]);
     assert!(fills(&view) > 0 && !view.contains("id=\"names-halo\""));
     // Everything that labels depend on is in the imprint.

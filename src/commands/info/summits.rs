@@ -128,6 +128,7 @@ mod tests {
             prominence_m: 3000.6,
             certain_prominence_m: 2800.0,
             saddle_m: None,
+            saddle_world_m: None,
             isolation_m: None,
             outside_m: Some(12_340.0),
             sample: [3, 4],

@@ -264,7 +264,8 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.title.clone_from(&args.title);
     more.credits.clone_from(&args.credits);
     more.map_scale = args.map_scale;
-    let NamesArgs { peaks, names, name_layer, name_when, name_field } = args.labels.clone();
+    let NamesArgs { peaks, saddles, names, name_layer, name_when, name_field } = args.labels.clone();
+    more.saddles = saddles;
     (more.peaks, more.name_layer, more.name_when, more.name_field) = (peaks, name_layer, name_when, name_field);
     more.names = names.map(|file| file.to_string_lossy().into_owned());
     more.legend = args.legend.then_some(true);

@@ -36,6 +36,10 @@ pub(crate) struct NamesArgs {
     /// the saddle to higher land
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
     pub peaks: Option<u32>,
+    /// On a map, label up to this many saddles with their heights: those that separate the most prominent summits from
+    /// higher land
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
+    pub saddles: Option<u32>,
     /// Name summits and places: points with names in a GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf file, in any
     /// reference system. A point within 250 m of a summit names that summit; other points are labelled where they are
     #[arg(long, value_name = "FILE")]
@@ -54,7 +58,16 @@ pub(crate) struct NamesArgs {
 
 impl NamesArgs {
     pub(crate) fn is_empty(&self) -> bool {
-        self.peaks.unwrap_or(0) == 0 && self.names.is_none()
+        self.peaks.unwrap_or(0) == 0 && self.saddles.unwrap_or(0) == 0 && self.names.is_none()
+    }
+
+    /// Returns the first option for labels.
+    pub(crate) fn option(&self) -> &'static str {
+        match self {
+            Self { names: Some(_), .. } => "--names",
+            Self { peaks: None, saddles: Some(_), .. } => "--saddles",
+            _ => "--peaks",
+        }
     }
 
     /// Checks that the options of a file of names come with one.
@@ -72,12 +85,13 @@ impl NamesArgs {
 
     /// Completes these options with those of a picture. What belongs to a file of names comes with it.
     pub(super) fn or(self, more: &More) -> Self {
-        let peaks = self.peaks.or(more.peaks);
+        let (peaks, saddles) = (self.peaks.or(more.peaks), self.saddles.or(more.saddles));
         if self.names.is_some() {
-            return Self { peaks, ..self };
+            return Self { peaks, saddles, ..self };
         }
         Self {
             peaks,
+            saddles,
             names: more.names.as_ref().map(PathBuf::from),
             name_layer: self.name_layer.or_else(|| more.name_layer.clone()),
             name_when: self.name_when.or_else(|| more.name_when.clone()),
@@ -110,9 +124,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     let labels = &args.labels;
     labels.check()?;
     match without_labels(args, kind) {
-        Some(why) if !labels.is_empty() => {
-            let option = if labels.names.is_some() { "--names" } else { "--peaks" };
-            Err(Misuse(format!("{option}: {why}")))
+        Some(why) if !labels.is_empty() => Err(Misuse(format!("{}: {why}", labels.option()))),
+        _ if labels.saddles.is_some() && args.map.is_none() && args.like.is_none() => {
+            Err(Misuse("--saddles: only maps have labels of saddles; add --map, or leave out the option".to_owned()))
         }
         _ => Ok(()),
     }
@@ -230,13 +244,14 @@ impl LabelRules<'_> {
             Some(time_s) => moving.frame(time_s, sites, visible, most, &ground),
             None if is_map => Vec::new(),
             None => {
-                let seen = chosen(sites, &visible.sites, most, &ground, false);
+                let seen = chosen(sites, &visible.sites, [most, 0], &ground, false);
                 names::above_land(&sites.all, &seen, visible.land_top_px, &ground)
             }
         };
         let eyes = if args.stereo.eyes().of_pair().is_empty() { 1 } else { 2 };
         let drawn: Vec<Vec<(f64, Labels)>> = if is_map {
-            let seen = chosen(sites, &visible.sites, most, &ground, true);
+            let saddles = args.labels.saddles.unwrap_or(0) as usize;
+            let seen = chosen(sites, &visible.sites, [most, saddles], &ground, true);
             vec![vec![(1.0, names::on_map(&sites.all, &seen, &ground))]]
         } else {
             (0..eyes).map(|eye| of_eye(sites, &placed, eye, &ground)).collect()
@@ -270,15 +285,20 @@ fn of_eye(sites: &Sites, placed: &[Placed], eye: usize, ground: &Ground<'_>) -> 
     opaque.chain(fading.into_iter().map(|label| (label.opacity, drawn(&[label])))).collect()
 }
 
-/// Returns the sites inside of the picture's border: all names, and the `most` weightiest heights.
-fn chosen(sites: &Sites, seen: &[Seen], most: usize, ground: &Ground<'_>, is_map: bool) -> Vec<Seen> {
+/// Returns the sites inside of the picture's border: all names, and so many of the weightiest summits without names, and
+/// of the weightiest saddles.
+fn chosen(sites: &Sites, seen: &[Seen], most: [usize; 2], ground: &Ground<'_>, is_map: bool) -> Vec<Seen> {
     let inside = seen.iter().filter(|at| moving::is_inside(at, ground)).copied();
-    let (names, mut heights): (Vec<Seen>, Vec<Seen>) = inside.partition(|at| at.site < sites.names);
+    let (names, heights): (Vec<Seen>, Vec<Seen>) = inside.partition(|at| at.site < sites.names);
     let longest_px = names::MAX_ON_LAND * ground.px;
-    heights.retain(|at| is_map || at.below_px < longest_px);
-    heights.sort_by(|a, b| sites.all[b.site].weight.total_cmp(&sites.all[a.site].weight));
-    heights.truncate(most);
-    names.into_iter().chain(heights).collect()
+    let legible = heights.into_iter().filter(|at| is_map || at.below_px < longest_px);
+    let (summits, saddles): (Vec<Seen>, Vec<Seen>) = legible.partition(|at| at.site < sites.first_saddle());
+    let weightiest = |(mut heights, most): (Vec<Seen>, usize)| {
+        heights.sort_by(|a, b| sites.all[b.site].weight.total_cmp(&sites.all[a.site].weight));
+        heights.truncate(most);
+        heights
+    };
+    names.into_iter().chain([summits, saddles].into_iter().zip(most).flat_map(weightiest)).collect()
 }
 
 impl Job<'_> {

@@ -136,7 +136,9 @@ impl MovingNames {
     /// summits. Summits that have labels count more, and remain as long as their labels may not change.
     fn chosen(&self, sites: &Sites, seen: &[Seen], most: usize, ground: &Ground<'_>) -> Vec<Seen> {
         let inside = seen.iter().filter(|at| is_inside(at, ground)).copied();
-        let (names, heights): (Vec<Seen>, Vec<Seen>) = inside.partition(|at| at.site < sites.names);
+        // Only maps have saddles.
+        let of_views = inside.filter(|at| at.site < sites.first_saddle());
+        let (names, heights): (Vec<Seen>, Vec<Seen>) = of_views.partition(|at| at.site < sites.names);
         let longest_px = MAX_ON_LAND * ground.px;
         let rank = |at: Seen| {
             let weight = sites.all[at.site].weight;

@@ -1,11 +1,11 @@
-//! The sites of a world that may have labels: its summits, and the places of a file of names.
+//! The sites of a world that may have labels: its summits and saddles, and the places of a file of names.
 
 use std::sync::Arc;
 
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
-use super::{Site, label};
+use super::{Site, SiteKind, label};
 use crate::peaks::{Summit, SummitsError, Wanted, summits_of_store};
 use crate::pyramid::{PyramidError, TileStore};
 use crate::source::Progress;
@@ -24,13 +24,17 @@ pub(crate) const MAX_OFF_M: f64 = 200.0;
 /// Importance of a name relative to a height alone, and that of a name which is at no summit, in metres of prominence.
 const NAMED: f64 = 3.0;
 const ELSEWHERE_M: f64 = 60.0;
+/// Importance of a key saddle relative to the summit whose prominence it determines.
+const SADDLE: f64 = 0.5;
 
-/// Places that may have labels: first those with names, then summits without one.
+/// Places that may have labels: first those with names, then summits without one, then saddles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sites {
     pub all: Vec<Site>,
     /// Number of sites with names.
     pub names: usize,
+    /// Number of saddles.
+    pub saddles: usize,
     /// Number of summits whose stated height is not that of the land.
     pub doubted: u64,
 }
@@ -114,7 +118,7 @@ impl Sites {
                 world_m: place.world_m.extend(ground_m(place.world_m)),
                 text: label(Some(&place.name), place.height_m),
                 weight: ELSEWHERE_M,
-                is_summit: false,
+                kind: SiteKind::Place,
             },
         });
         let mut all: Vec<Site> = named.collect();
@@ -123,7 +127,15 @@ impl Sites {
         let is_certain = |summit: &Summit| f64::from(summit.certain_prominence_m) >= least_m;
         let unnamed = summits.iter().zip(&is_named).filter(|(summit, is_named)| !**is_named && is_certain(summit));
         all.extend(unnamed.map(|(summit, _)| of_summit(summit, None, rules).0));
-        Self { all, names, doubted }
+        let without_saddles = all.len();
+        all.extend(summits.iter().filter(|summit| is_certain(summit)).filter_map(|summit| of_saddle(summit, rules)));
+        let saddles = all.len() - without_saddles;
+        Self { all, names, saddles, doubted }
+    }
+
+    /// Returns the index of the first saddle in `all`.
+    pub(crate) fn first_saddle(&self) -> usize {
+        self.all.len() - self.saddles
     }
 }
 
@@ -141,9 +153,23 @@ fn of_summit(summit: &Summit, place: Option<&NamedPlace>, rules: Rules) -> (Site
         world_m: DVec2::from(summit.world_m).extend(drawn_m),
         text: label(place.map(|place| place.name.as_str()), Some(height_m)),
         weight: prominence_m.max(1.0) * if place.is_some() { NAMED } else { 1.0 },
-        is_summit: true,
+        kind: SiteKind::Summit,
     };
     (site, is_doubted)
+}
+
+/// Returns the site of the key saddle of a summit; `None` if it may be outside of the data.
+fn of_saddle(summit: &Summit, rules: Rules) -> Option<Site> {
+    let drawn_m = f64::from(summit.saddle_m?);
+    let is_certain = summit.certain_prominence_m >= summit.prominence_m;
+    let world_m = DVec2::from(summit.saddle_world_m?).extend(drawn_m);
+    let weight = SADDLE * (f64::from(summit.prominence_m) / rules.exaggeration).max(1.0);
+    is_certain.then(|| Site {
+        world_m,
+        text: label(None, Some(drawn_m / rules.exaggeration)),
+        weight,
+        kind: SiteKind::Saddle,
+    })
 }
 
 #[cfg(test)]
@@ -156,6 +182,7 @@ mod tests {
             prominence_m,
             certain_prominence_m: prominence_m,
             saddle_m: None,
+            saddle_world_m: None,
             isolation_m: None,
             outside_m: None,
             sample: [0, 0],
@@ -195,6 +222,16 @@ mod tests {
         assert_eq!(Sites::new(&[on_border], &[], rules, &|_| 7.0).all, []);
         let texts: Vec<&str> = sites.all.iter().map(|site| site.text.as_str()).collect();
         assert_eq!(texts, ["Hut 1", "1\u{2009}500", "1\u{2009}490"]);
-        assert_eq!((sites.all[0].world_m.z, sites.all[0].is_summit, sites.names), (7.0, false, 1));
+        assert_eq!((sites.all[0].world_m.z, sites.all[0].kind, sites.names), (7.0, SiteKind::Place, 1));
+        // Saddles come last, have the height of the land, and are left out if one outside of the data may be higher.
+        let with_saddle = Summit { saddle_m: Some(2100.0), saddle_world_m: Some([40.0, 50.0]), ..summits[0].clone() };
+        let uncertain = Summit { certain_prominence_m: 400.0, ..with_saddle.clone() };
+        let sites = Sites::new(&[with_saddle, uncertain], &[], rules, &|_| 7.0);
+        assert_eq!((sites.first_saddle(), sites.all.len()), (2, 3));
+        let Site { world_m, text, kind, .. } = &sites.all[2];
+        assert_eq!(
+            (world_m.to_array(), text.as_str(), *kind),
+            ([40.0, 50.0, 2100.0], "1\u{2009}050", SiteKind::Saddle)
+        );
     }
 }

@@ -45,6 +45,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         credits,
         legend,
         peaks,
+        saddles,
         names,
         name_layer,
         name_when,
@@ -94,6 +95,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("title", title.clone());
     add("credits", credits.clone());
     add("peaks", peaks.map(|count| count.to_string()));
+    add("saddles", saddles.map(|count| count.to_string()));
     add("names", names.clone());
     add("name-layer", name_layer.clone());
     add("name-when", name_when.clone());

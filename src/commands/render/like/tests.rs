@@ -79,6 +79,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("credits", Kept("--title T --credits C -o a.png")),
     ("legend", Kept("--title T --legend -o a.png")),
     ("peaks", Kept("--peaks 7 -o a.png")),
+    ("saddles", Kept("--map 10,20,3000 --saddles 4 -o a.png")),
     ("names", Kept("--names n.csv -o a.png")),
     ("name_layer", Kept("--names n.gpkg --name-layer peaks -o a.png")),
     ("name_when", Kept("--names n.csv --name-when ele>2 -o a.png")),
