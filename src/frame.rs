@@ -58,6 +58,7 @@ use crate::surface::rows::blocks::RowMemory;
 #[cfg(test)]
 use crate::surface::rows::reach::Culling;
 pub use crate::tiles::terrain::Prepared;
+use crate::imagery::ResidentImagery;
 use crate::tiles::terrain::{Loading, TerrainView};
 use crate::tones::fit::FrameFit;
 use crate::tones::masses::FrameMasses;
@@ -85,6 +86,7 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     let prepared = terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()));
     world.follow_drainage(gpu, rig, style);
     world.follow_features(gpu, rig, style);
+    world.follow_imagery(gpu, rig, style);
     prepared
 }
 
@@ -152,6 +154,8 @@ pub struct Renderer {
     line_gaps: Vec<LineGap>,
     /// Whether streams and ridge lines were being computed for the last frame, and how often some had arrived.
     drainage_is_late: bool,
+    /// Whether tiles of images on the land were missing or fading in, in the last frame.
+    imagery_is_late: bool,
     drainage_arrivals: u64,
 }
 
@@ -233,6 +237,7 @@ impl Renderer {
             tones: tones::Tones::default(),
             line_gaps: Vec::new(),
             drainage_is_late: false,
+            imagery_is_late: false,
             drainage_arrivals: 0,
         })
     }
@@ -482,11 +487,14 @@ impl Renderer {
         let arrivals = world.drainage().arrivals();
         let drainage_changes =
             std::mem::replace(&mut self.drainage_arrivals, arrivals) != arrivals || self.drainage_is_late;
+        let imagery = world.imagery().filter(|_| style.image.is_used());
+        self.imagery_is_late = imagery.is_some_and(ResidentImagery::is_late);
+        let imagery_changes = imagery.is_some_and(ResidentImagery::changes);
         let sea_changes = self.sea_level_m.replace(sea_level_m).is_some_and(|before| before != sea_level_m);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late || sea_changes;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
-        let changes = land_changes || strokes_settle || sways || self.tones.is_settling() || drainage_changes;
+        let changes = land_changes || strokes_settle || sways || self.tones.is_settling() || drainage_changes || imagery_changes;
         let error_px = prepared.detail.error_px;
         let has_room = self.room_px.is_some() && !resized;
         let inputs = antialias::SampleInputs { rig, style, light, error_px, changes, has_room };

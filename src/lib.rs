@@ -35,6 +35,7 @@ mod tiles;
 mod land_mesh;
 mod drainage;
 mod draped;
+mod imagery;
 pub mod world;
 mod surface;
 mod lines;

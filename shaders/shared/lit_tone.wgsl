@@ -3,6 +3,9 @@
 #define_import_path hachure::lit_tone
 #import hachure::light::light_tone
 #import hachure::lit_surface::{LitSurface, light}
+#ifdef DRAPED_IMAGE
+#import hachure::image_tone::image_light
+#endif
 
 // See tones/relief/radiance.wgsl; a single empty texel if relief is not emphasised.
 @group(0) @binding(20) var relief_light: texture_2d<f32>;
@@ -18,5 +21,8 @@ fn lit_tone(surface: LitSurface, pixel: vec2<i32>, relief: bool, crests: bool) -
     if crests {
         lit = clamp(lit + textureLoad(crest_light, pixel, 0).r, 0.0, 1.0);
     }
+#ifdef DRAPED_IMAGE
+    lit *= image_light(pixel);
+#endif
     return lit;
 }

@@ -3,6 +3,9 @@
 #import hachure::view::{View, from_eye}
 #import hachure::seen::{place_seen, surface_seen}
 #import hachure::earth::unbend
+#ifdef DRAPED_IMAGE
+#import hachure::image_tone::{image_light, with_image_hue}
+#endif
 #ifdef LOCAL_COLOR
 #import hachure::local_color::{hue_of, glaze}
 #import hachure::surface_id::{has_trait, LOCALLY_COLORED}
@@ -76,9 +79,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let hue = hue_of(textureLoad(local_color, pixel, 0).r);
         body = mix(body, glaze(hue.rgb, LIGHTEST * power(surface.w, BY_LIGHTNESS)), plain.local * hue.a);
     }
-    let color = body * (sky_light + 0.95 * diffuse) + surface.w * gloss;
+    var color = body * (sky_light + 0.95 * diffuse) + surface.w * gloss;
 #else
-    let color = surface.w * (tint(height_m, n.z) * (sky_light + 0.95 * diffuse) + gloss);
+    var color = surface.w * (tint(height_m, n.z) * (sky_light + 0.95 * diffuse) + gloss);
 #endif
-    textureStore(tone, pixel, vec4<f32>(color, surface.w * clamp(sky_light + 0.7 * diffuse, 0.0, 1.0)));
+    var asked = surface.w * clamp(sky_light + 0.7 * diffuse, 0.0, 1.0);
+#ifdef DRAPED_IMAGE
+    // A tone is perceptual, a colour is light.
+    let factor = image_light(pixel);
+    color = with_image_hue(pixel, color * factor * factor);
+    asked *= factor;
+#endif
+    textureStore(tone, pixel, vec4<f32>(color, asked));
 }

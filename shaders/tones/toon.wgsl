@@ -24,6 +24,10 @@ const ONE_FACE: f32 = 0.1;
 const OFF_PLANE: f32 = 0.15;
 #endif
 
+#ifdef DRAPED_IMAGE
+#import hachure::image_tone::with_image_hue
+#endif
+
 #ifdef LOCAL_COLOR
 #import hachure::color::luminance
 #import hachure::local_color::{hue_of, glaze}
@@ -221,6 +225,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     let asked = 1.0 - (1.0 - marked) * haze_clear(light, away_m) * half_of_focus(surface.clear);
     var color = ramp_color(value, attribute_at(at.xyz, n.xyz)) * mix(vec3<f32>(1.0), relief.rgb, toon.light_color);
+#ifdef DRAPED_IMAGE
+    color = with_image_hue(pixel, color);
+#endif
 #ifdef LOCAL_COLOR
     if has_trait(textureLoad(surface_id, pixel, 0).r, LOCALLY_COLORED) {
         let hue = hue_of(textureLoad(local_color, pixel, 0).r);

@@ -72,12 +72,13 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 const IS_OWN: [fn(&Path) -> bool; 3] = [is_frames_csv, is_page, Report::is_report];
 
 /// Options that the parts of a suite have, and the suite has not.
-const PARTS_ONLY: [&str; 35] = [
+const PARTS_ONLY: [&str; 36] = [
     "antialias",
     "budget",
     "compare",
     "convergence",
     "date",
+    "drape",
     "encoding",
     "exaggeration",
     "eyes",

@@ -1,4 +1,4 @@
-//! Options of all commands that draw, for features and lines of coordinates on the land.
+//! Options of all commands that draw, for features, lines of coordinates and images on the land.
 
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -7,9 +7,9 @@ use anyhow::bail;
 use clap::Args;
 
 use crate::file::message::named;
-use crate::scene::{FeatureFile, Graticule, Scene};
+use crate::scene::{FeatureFile, Graticule, ImageFile, Scene};
 
-/// Which features are drawn on the land.
+/// Which features and images are drawn on the land.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LayerArgs {
     /// Draw the points, lines and outlines of areas of this file on the land: GeoJSON, GPX, CSV with coordinates, GeoPackage
@@ -22,6 +22,11 @@ pub(crate) struct LayerArgs {
     /// the heights' projection (1000m or 1km)
     #[arg(long, value_name = "STEP", value_parser = Graticule::from_str)]
     pub graticule: Option<Graticule>,
+    /// Drape this image on the land: an orthophoto, a scanned map or another raster as GeoTIFF, PNG, WebP or JPEG, in any
+    /// reference system. It colours and darkens the tones, as `--set image.color=1` and `--set image.tone=0.3` say. May be
+    /// repeated: each image covers those before it, and those of the scene
+    #[arg(long, value_name = "FILE")]
+    pub drape: Vec<PathBuf>,
 }
 
 impl LayerArgs {
@@ -31,17 +36,18 @@ impl LayerArgs {
     /// Fails for the first file that does not exist.
     pub(crate) fn check(&self) -> anyhow::Result<()> {
         // A file that may not be looked at is reported when it is opened.
-        match self.layer.iter().find(|file| !file.try_exists().unwrap_or(true)) {
+        match self.layer.iter().chain(&self.drape).find(|file| !file.try_exists().unwrap_or(true)) {
             Some(file) => bail!("{}: there is no such file", named(file)),
             None => Ok(()),
         }
     }
 
-    /// Returns the scene with these features after its own, and with this graticule instead of its own.
+    /// Returns the scene with these features and images after its own, and with this graticule instead of its own.
     #[must_use]
     pub(crate) fn apply_to(&self, mut scene: Scene) -> Scene {
         scene.graticule = self.graticule.or(scene.graticule);
         scene.features.extend(self.layer.iter().map(|path| FeatureFile { path: path.clone(), layer: None }));
+        scene.images.extend(self.drape.iter().map(|path| ImageFile { path: path.clone() }));
         scene
     }
 }

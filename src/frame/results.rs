@@ -149,8 +149,8 @@ impl Renderer {
     }
 
     /// Returns whether the next frame of the same view would be a different picture: strokes are still fading in or
-    /// out, samples of a picture at rest are missing, blocks of hachures are not built yet, the tones still follow, or
-    /// streams and ridge lines are being computed. Wind is not considered;
+    /// out, samples of a picture at rest are missing, blocks of hachures are not built yet, the tones still follow,
+    /// streams and ridge lines are being computed, or tiles of images on the land are missing. Wind is not considered;
     /// see [`Renderer::may_sway`].
     pub fn is_settling(&self) -> bool {
         self.samples.is_settling()
@@ -158,6 +158,7 @@ impl Renderer {
             || self.rows.is_late()
             || self.tones.is_settling()
             || self.drainage_is_late
+            || self.imagery_is_late
     }
 
     /// Returns whether blocks of hachures are missing in the last frame, or were built without all tiles, because a window

@@ -8,7 +8,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::lines::tone::{self, tone_image};
 use crate::style::Layer;
-use crate::surface::{form, mark_normal};
+use crate::surface::{draped_image, form, mark_normal};
 use crate::tiles::Terrain;
 use crate::tones::light::LightUniform;
 use crate::tones::masses::FrameMasses;
@@ -73,6 +73,21 @@ pub(super) fn shade(
         form::run(recorder, &shading);
         form_normal.clone()
     });
+    let image = world.imagery().filter(|_| style.image.is_used()).map(|imagery| {
+        let draped_image = targets.whole(gpu, &draped_image::DRAPED_IMAGE);
+        let seen = draped_image::Inputs {
+            view,
+            terrain: terrain.uniform(),
+            imagery,
+            style: &style.image,
+            surface_id,
+            distance,
+            normal,
+            draped_image: &draped_image,
+        };
+        draped_image::run(recorder, &seen);
+        draped_image
+    });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
     // A prewarming run binds nothing, so it needs no maps for the pipelines that read them.
@@ -111,6 +126,7 @@ pub(super) fn shade(
         nothing,
         mark_surface: of_trees.as_ref().map(|[_, surface]| surface),
         tree_shadow: tree_shadow.as_ref(),
+        image: image.as_ref(),
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
         fit: inputs.fit.as_ref(),
         masses: None,

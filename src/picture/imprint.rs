@@ -36,7 +36,7 @@ use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
-const VERSION: u32 = 12;
+const VERSION: u32 = 13;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -159,6 +159,8 @@ pub struct More {
     pub layers: Option<Vec<String>>,
     /// Value of `--graticule`.
     pub graticule: Option<String>,
+    /// Images of `--drape`.
+    pub drape: Option<Vec<String>>,
     /// Value of `--show`.
     pub show: Option<String>,
     /// Paper of an SVG.
@@ -188,7 +190,7 @@ impl More {
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
     /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`;
-    /// 12 `layers`, `graticule` and `saddles`.
+    /// 12 `layers` and `graticule`; 13 `drape` and `saddles`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -202,8 +204,10 @@ impl More {
         const FRAMED: u32 = 9;
         const TITLED: u32 = 10;
         const NAMED: u32 = 11;
+        const LAYERED: u32 = 12;
         match self {
-            _ if self.layers.is_some() || self.graticule.is_some() || self.saddles.is_some() => VERSION,
+            _ if self.drape.is_some() || self.saddles.is_some() => VERSION,
+            _ if self.layers.is_some() || self.graticule.is_some() => LAYERED,
             _ if self.peaks.is_some() || self.names.is_some() => NAMED,
             _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => TITLED,
             _ if self.frame.is_some() => FRAMED,
@@ -272,6 +276,7 @@ impl More {
             water: _,
             layers: _,
             graticule: _,
+            drape: _,
             show: _,
             paper: _,
             path: _,

@@ -5,6 +5,7 @@ pub mod camera;
 pub(crate) mod earth;
 pub(crate) mod embedded;
 mod feature_files;
+mod image_files;
 pub(crate) mod focus;
 pub mod forest;
 pub(crate) mod forest_cover;
@@ -32,6 +33,7 @@ use std::str::FromStr;
 use camera::Camera;
 pub use earth::Earth;
 pub use feature_files::{FeatureFile, Graticule};
+pub use image_files::ImageFile;
 pub use focus::{Focus, FocusAbout, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
@@ -79,6 +81,8 @@ pub struct Scene {
     pub water: WaterFiles,
     /// Files of points, lines and areas that are drawn on the land.
     pub features: Vec<FeatureFile>,
+    /// Images on the land; the last one is drawn over the others.
+    pub images: Vec<ImageFile>,
     /// Lines of equal coordinates that are drawn on the land.
     pub graticule: Option<Graticule>,
     /// Properties of the height files that the files themselves do not declare.
@@ -160,6 +164,7 @@ impl Scene {
             sea_level_m: None,
             water: WaterFiles::default(),
             features: Vec::new(),
+            images: Vec::new(),
             graticule: None,
             heights: OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() },
         }

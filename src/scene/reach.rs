@@ -71,6 +71,7 @@ impl Scene {
             source::files_of(path).iter().try_for_each(|other| check(key, other))?;
         }
         self.features.iter().try_for_each(|file| check("features.file", &file.path))?;
+        self.images.iter().try_for_each(|file| check("images.file", &file.path))?;
         let mut trees = self.forest.iter().flat_map(|forest| &forest.models);
         trees.try_for_each(|model| check("forest.species.file", &model.file))?;
         self.meshes.iter().try_for_each(|mesh| check("meshes.file", &mesh.file))?;

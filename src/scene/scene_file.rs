@@ -59,6 +59,9 @@
 //! file = "paths.gpkg"               # GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf
 //! layer = "paths"                   # of a file with several; default: all of them
 //!
+//! [[images]]                        # on the land, one over the other; a style's `[image]` says what is made of them
+//! file = "orthophoto.tif"           # GeoTIFF, PNG, WebP or JPEG
+//!
 //! [wind]                            # moves trees; default: still air
 //! speed_m_s = 4                     # mean speed, at most 60; default: 5
 //! from_deg = 240                    # direction it comes from, clockwise from north; default: 270
@@ -103,6 +106,7 @@ use super::earth::Earth;
 use super::feature_files::{FeatureToml, GraticuleToml};
 use super::focus::FocusToml;
 use super::forest::ForestToml;
+use super::image_files::ImageToml;
 use super::meshes::MeshToml;
 use super::water_files::WaterToml;
 use super::wind::WindToml;
@@ -163,6 +167,8 @@ struct FileToml {
     water: WaterToml,
     #[serde(default)]
     features: Vec<FeatureToml>,
+    #[serde(default)]
+    images: Vec<ImageToml>,
     graticule: Option<GraticuleToml>,
     vertical_exaggeration: Option<f64>,
 }
@@ -373,6 +379,8 @@ impl Scene {
         scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
         let features = file.features.iter().map(|entry| entry.file(path));
         scene.features = features.collect::<Result<_, _>>().map_err(|(key, cause)| wrong(key, cause))?;
+        let images = file.images.iter().map(|entry| entry.file(path));
+        scene.images = images.collect::<Result<_, _>>().map_err(|(key, cause)| wrong(key, cause))?;
         let graticule = file.graticule.map(|graticule| graticule.text().parse()).transpose();
         scene.graticule = graticule.map_err(|cause: String| wrong("graticule", &cause))?;
         if let Some(text) = &file.camera.start {

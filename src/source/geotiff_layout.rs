@@ -90,6 +90,33 @@ fn check_grid(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path, holds: Hold
     Ok(layout)
 }
 
+/// Returns the layouts of the main picture of a file that holds colours and of its overviews, from the largest to the
+/// smallest. Overviews that cannot be read, or have other bands, are left out.
+///
+/// # Errors
+/// Fails if the file is damaged or not supported, or has no colours.
+pub(super) fn check_colors(file: &TiffFile, file_bytes: u64, path: &Path) -> Result<Vec<Layout>, SourceError> {
+    let none = || inconsistent(path, "it contains no picture");
+    let full = file.ifds().iter().position(|ifd| subfile_type(ifd) & (OVERVIEW | MASK) == 0).unwrap_or(0);
+    let check = |ifd: &Ifd, index: usize| {
+        require_size(ifd, path)?;
+        require_known_compression(ifd, path)?;
+        check_samples(ifd, index, file_bytes, path)
+    };
+    let main = check(file.ifds().get(full).ok_or_else(none)?, full)?;
+    let mut levels = vec![main];
+    for (index, ifd) in file.ifds().iter().enumerate().filter(|(index, ifd)| *index != full && is_overview(ifd)) {
+        let Ok(level) = check(ifd, index) else { continue };
+        let (of_main, own) = (&levels[0].blocks.samples, &level.blocks.samples);
+        let is_smaller = level.width < levels[0].width && level.height < levels[0].height;
+        if is_smaller && (own.per_pixel, own.decoded) == (of_main.per_pixel, of_main.decoded) {
+            levels.push(level);
+        }
+    }
+    levels.sort_by_key(|level| std::cmp::Reverse(level.width));
+    Ok(levels)
+}
+
 /// Checks a mask, picture `index` of its file, as [`check_image`] checks heights.
 ///
 /// # Errors

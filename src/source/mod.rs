@@ -11,9 +11,11 @@
 //!
 //! The reasons are in `docs/decisions/height-readers.md`.
 
+pub(crate) mod alignment;
 mod archive;
 mod ascii_grid;
 pub(crate) mod cog;
+pub(crate) mod color_image;
 mod colour_proof;
 pub(crate) mod continent;
 mod crs_catalogue;

@@ -263,6 +263,11 @@ impl RasterInfo {
         self.spacing_m().or(degrees).or_else(|| self.found.own_place().map(of_place))
     }
 
+    /// Returns whether anything gives the position of the grid: the `.toml`, a world file or an `.aux.xml`.
+    pub(super) fn is_located(&self) -> bool {
+        self.sidecar.origin.is_some() || self.found.own_place().is_some()
+    }
+
     /// Returns the georeference of the grid: that of the `.toml` or the options, or of a world file or `.aux.xml`.
     pub(super) fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
         if self.sidecar.origin.is_none()

@@ -12,6 +12,7 @@ pub(crate) mod extends;
 pub(crate) mod families;
 mod focus;
 mod held;
+mod image;
 pub(crate) mod images;
 pub(crate) mod layers;
 pub mod marks;
@@ -34,6 +35,7 @@ pub use color::Color;
 pub use curvature::Curvature;
 pub use error::StyleError;
 pub use focus::Focus;
+pub use image::Image;
 pub(crate) use held::StyleFiles;
 use layers::RecipeSource;
 pub(crate) use layers::StyleInk;
@@ -112,6 +114,8 @@ parameters! {
         light: Shading;
         /// Light that emphasises relief; without this section the light is not modified.
         relief: Option<Relief>;
+        /// What is made of images on the land (`--drape`): colour, and darker tones.
+        image: Image;
         /// Tones that look like watercolour; without this section tones are not modified.
         watercolor called "Watercolour": Option<Watercolor>;
         /// The paper on which the picture is drawn.

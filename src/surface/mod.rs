@@ -14,6 +14,7 @@ pub(crate) mod meshes;
 pub(crate) mod trees;
 pub(crate) mod mark_normal;
 pub(crate) mod form;
+pub(crate) mod draped_image;
 pub(crate) mod lakes;
 pub(crate) mod water;
 pub(crate) mod curvature;

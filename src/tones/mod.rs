@@ -78,6 +78,8 @@ pub(crate) struct Inputs<'a> {
     pub tree_shadow: Option<&'a Target>,
     /// The local colours of trees and models, if there are any and the style uses them.
     pub local: Option<Local<'a>>,
+    /// [`DRAPED_IMAGE`](crate::surface::draped_image::DRAPED_IMAGE), if images are on the land.
+    pub image: Option<&'a Target>,
     /// The curve that fits the tones to the picture, in a style that does so.
     pub fit: Option<&'a fit::FrameFit>,
     /// The edited masses of the picture, in a style that edits them.
@@ -102,6 +104,7 @@ impl Inputs<'_> {
         ];
         resources.extend(water.map(|water| ("water", water.into())));
         resources.extend(self.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
+        resources.extend(self.image.map(|image| ("draped_image", image.into())));
         if let Some(maps) = self.horizon_maps.clone() {
             resources.push(self.terrain.clone());
             resources.extend(maps);
@@ -110,13 +113,14 @@ impl Inputs<'_> {
     }
 
     /// Returns the definitions of the same passes.
-    fn lit_definitions(&self, water: Option<&Target>) -> [(&'static str, bool); 5] {
+    fn lit_definitions(&self, water: Option<&Target>) -> [(&'static str, bool); 6] {
         [
             ("CRESTS", self.crest_light.is_some()),
             ("RELIEF", self.relief_light.is_some()),
             ("HORIZON_MAPS", self.horizon_maps.is_some()),
             ("TREE_SHADOWS", self.tree_shadow.is_some()),
             ("WATER", water.is_some()),
+            ("DRAPED_IMAGE", self.image.is_some()),
         ]
     }
 }

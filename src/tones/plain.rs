@@ -1,7 +1,7 @@
 //! Blinn-Phong shading over an elevation tint. See `shaders/tones/plain.wgsl`.
 
 use super::{Inputs, Local};
-use crate::gpu::pipelines::Compute;
+use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::tones::plain::Plain as PlainUniform;
 
@@ -29,6 +29,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("tone", inputs.tone.into()),
     ];
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));
-    let definitions: &[&str] = if inputs.local.is_some() { &["LOCAL_COLOR"] } else { &[] };
+    resources.extend(inputs.image.map(|image| ("draped_image", image.into())));
+    let definitions = defined([("LOCAL_COLOR", inputs.local.is_some()), ("DRAPED_IMAGE", inputs.image.is_some())]);
     recorder.pixels(Compute { name: "tones/plain", definitions }, inputs.tone.size_px(), &resources);
 }

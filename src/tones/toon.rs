@@ -74,9 +74,11 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         ("TREE_SHADOWS", inputs.tree_shadow.is_some()),
         ("FITTED", inputs.fit.is_some()),
         ("EDITED", inputs.masses.is_some()),
+        ("DRAPED_IMAGE", inputs.image.is_some()),
     ]);
     resources.extend(inputs.fit.into_iter().flat_map(|fit| toon.fit_resources(recorder, &fit.curve)));
     resources.extend(inputs.masses.map(|masses| ("mass_cells", masses.buffer.binding())));
+    resources.extend(inputs.image.map(|image| ("draped_image", image.into())));
     resources.extend(inputs.mark_surface.map(|mark_surface| ("mark_surface", mark_surface.into())));
     resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));

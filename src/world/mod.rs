@@ -27,6 +27,7 @@ use crate::draped::{Draped, Resident};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;
+use crate::imagery::{Imagery, ResidentImagery};
 pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
 use crate::scene::view::Rig;
@@ -57,6 +58,7 @@ pub struct Surfaces {
     given_water: Option<Arc<GivenWater>>,
     drainage: Drainage,
     features: Option<Resident>,
+    imagery: Option<ResidentImagery>,
 }
 
 impl From<Terrain> for Surfaces {
@@ -75,6 +77,7 @@ impl From<Terrain> for Surfaces {
             given_water: None,
             drainage: Drainage::default(),
             features: None,
+            imagery: None,
         }
     }
 }
@@ -208,6 +211,23 @@ impl Surfaces {
         let Some(features) = &mut self.features else { return };
         let range_m = self.terrain.range_m().map(f64::from);
         features.follow(gpu, &layers_of_features(style), rig, range_m);
+    }
+
+    /// Returns the images on the land, if there are any.
+    pub(crate) fn imagery(&self) -> Option<&ResidentImagery> {
+        self.imagery.as_ref()
+    }
+
+    /// Replaces the images on the land.
+    pub(crate) fn set_imagery(&mut self, gpu: &Gpu, imagery: Imagery) {
+        self.imagery = (!imagery.is_empty()).then(|| ResidentImagery::new(gpu, imagery));
+    }
+
+    /// Prepares the images on the land for what a rig sees, in a style that draws them.
+    pub(crate) fn follow_imagery(&mut self, gpu: &Gpu, rig: &Rig, style: &Style) {
+        if let Some(imagery) = self.imagery.as_mut().filter(|_| style.image.is_used()) {
+            imagery.follow(gpu, &self.terrain, rig);
+        }
     }
 
     /// Replaces or removes the wind.

@@ -12,6 +12,7 @@ use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::forest::cover::{Cover, CoverError};
 use crate::gpu::Gpu;
+use crate::imagery::{self, ImageError, Imagery};
 use crate::mesh::{MeshError, obj};
 use crate::pyramid::store::{Altered, ContinentStore, MemoryStore, MosaicStore};
 use crate::pyramid::{self, PyramidError, TileStore};
@@ -83,6 +84,9 @@ pub enum WorldError {
     /// A file of features of the scene cannot be used.
     #[error(transparent)]
     Features(#[from] DrapedError),
+    /// An image of the scene cannot be on the land.
+    #[error(transparent)]
+    Image(#[from] ImageError),
     /// The sun cannot be computed for the scene's date.
     #[error(transparent)]
     SunTime(#[from] SunTimeError),
@@ -170,6 +174,7 @@ pub(crate) fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
     scene.water.files().for_each(|(_, path)| source::add_inputs(path, &mut inputs));
     scene.features.iter().for_each(|file| inputs.add(&file.path));
+    scene.images.iter().for_each(|file| source::add_inputs(&file.path, &mut inputs));
     if scene.embedded.is_none() {
         let mut known: FxHashSet<&Path> = FxHashSet::default();
         let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
@@ -371,6 +376,8 @@ impl OpenWorld {
         world.surfaces.set_given_water(water.map(Arc::new));
         let features = world.read_features().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_features(features);
+        let imagery = world.open_imagery().map_err(|error| WorldError::from(error).of(&world.scene))?;
+        world.surfaces.set_imagery(gpu, imagery);
         Ok(world)
     }
 
@@ -387,6 +394,7 @@ impl OpenWorld {
         GivenWater::load(&scene.water, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
         Draped::read(&scene.features, scene.graticule, place, samples)
             .map_err(|error| WorldError::from(error).of(scene))?;
+        imagery::check(&scene.images, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
         for placement in &scene.meshes {
             let mesh = scene.read_mesh_with(&placement.file, &Silent);
             mesh.map_err(|error| WorldError::from(error).of(scene))?;
@@ -409,6 +417,13 @@ impl OpenWorld {
         let store = self.surfaces.terrain.store();
         let size = store.levels()[0];
         Draped::read(&self.scene.features, self.scene.graticule, store.georeference(), [size.width, size.height])
+    }
+
+    /// Opens the scene's images.
+    fn open_imagery(&self) -> Result<Imagery, ImageError> {
+        let store = self.surfaces.terrain.store();
+        let size = store.levels()[0];
+        Imagery::open(&self.scene.images, store.georeference(), [size.width, size.height])
     }
 
     /// Reads the rasters of the scene's forest, if it has any.

@@ -57,6 +57,9 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     if all.world.layers.layer.is_empty() {
         all.world.layers.layer = more.layers.iter().flatten().map(PathBuf::from).collect();
     }
+    if all.world.layers.drape.is_empty() {
+        all.world.layers.drape = more.drape.iter().flatten().map(PathBuf::from).collect();
+    }
     let graticule = &mut all.world.layers.graticule;
     *graticule = parsed_or(*graticule, more.graticule.as_deref(), "graticule")?;
     let land = &mut all.world.land;
@@ -218,7 +221,10 @@ fn parsed_or<T: FromStr<Err = String>>(
 /// Returns the part of a description that the options of a world determine.
 pub(crate) fn of_world(world: &WorldArgs) -> More {
     let voids = world.heights.voids.and_then(|voids| voids.to_possible_value());
-    let layers: Vec<String> = world.layers.layer.iter().map(|path| path.to_string_lossy().into_owned()).collect();
+    let names = |files: &[PathBuf]| -> Option<Vec<String>> {
+        let names = files.iter().map(|path| path.to_string_lossy().into_owned());
+        (!files.is_empty()).then(|| names.collect())
+    };
     More {
         nodata: world.heights.nodata,
         voids: voids.map(|voids| voids.get_name().to_owned()),
@@ -230,7 +236,8 @@ pub(crate) fn of_world(world: &WorldArgs) -> More {
         focus: world.light.focus.map(|focus| focus.to_string()),
         haze: world.light.haze,
         water: world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned()),
-        layers: (!layers.is_empty()).then_some(layers),
+        layers: names(&world.layers.layer),
+        drape: names(&world.layers.drape),
         graticule: world.layers.graticule.map(|graticule| graticule.to_string()),
         exaggeration: world.exaggeration,
         sea_level: world.land.sea_level.map(|level| level.to_string()),
@@ -325,6 +332,7 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
         world,
         water: water.cloned(),
         layers: if args.world.layers.layer.is_empty() { all.world.layers.layer.clone() } else { Vec::new() },
+        images: if args.world.layers.drape.is_empty() { all.world.layers.drape.clone() } else { Vec::new() },
         path: all.path.clone().filter(|_| args.path.is_none()),
         labels: all.labels.names.clone().filter(|_| args.labels.names.is_none()),
     };

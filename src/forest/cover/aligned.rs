@@ -7,8 +7,8 @@ use glam::{DMat2, DVec2};
 use super::CoverError;
 use super::resample::Grid;
 use crate::file::message::printable;
-use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
-use crate::source::mosaic::SampleTransform;
+use crate::source::alignment::{Alignment, Misaligned, border};
+use crate::source::georeference::{Georeference, GeoreferenceError};
 use crate::source::{HeightReader, WorldMapping};
 
 /// Number of intervals along each border of a rectangle, for computing an extent.
@@ -28,7 +28,7 @@ impl<'a> Ground<'a> {
     pub(super) fn new(place: &'a Georeference, samples: [u32; 2]) -> Result<Self, GeoreferenceError> {
         let mapping = WorldMapping::new(place, samples[0], samples[1])?;
         let last = samples.map(|count| f64::from(count.max(1) - 1));
-        let places = border([0.0, 0.0], last).map(|[column, row]| mapping.world_from_grid(column, row));
+        let places = border([0.0, 0.0], last, BORDER_PLACES).map(|[column, row]| mapping.world_from_grid(column, row));
         let (low_m, high_m) = extent(places).unwrap_or_default();
         Ok(Self { place, samples, mapping, low_m, high_m })
     }
@@ -47,13 +47,6 @@ pub(super) struct AlignedRaster<'a> {
     per_m: DMat2,
 }
 
-/// The mapping from samples of the DEM to those of the raster.
-enum Alignment {
-    ByPlace(SampleTransform),
-    /// Factor and offset of each axis.
-    Stretched(DVec2, DVec2),
-}
-
 impl<'a> AlignedRaster<'a> {
     /// Places a raster by its georeference.
     ///
@@ -64,17 +57,14 @@ impl<'a> AlignedRaster<'a> {
         reader: Box<dyn HeightReader>,
         ground: &'a Ground<'a>,
     ) -> Result<Self, CoverError> {
-        if !is_known(&reader.georeference().crs) {
-            return Err(CoverError::Nowhere { path: path.to_owned() });
-        }
-        if !is_known(&ground.place.crs) {
-            return Err(CoverError::WorldNowhere { path: path.to_owned() });
-        }
-        let no_way = |cause: String| CoverError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
-        let way = SampleTransform::to_grid(ground.place, reader.georeference(), reader.size()).map_err(no_way)?;
-        let back = SampleTransform::to_grid(reader.georeference(), ground.place, ground.samples).map_err(no_way)?;
+        let aligned = Alignment::by_place((ground.place, ground.samples), (reader.georeference(), reader.size()));
+        let (way, back) = aligned.map_err(|error| match error {
+            Misaligned::Raster => CoverError::Nowhere { path: path.to_owned() },
+            Misaligned::Dem => CoverError::WorldNowhere { path: path.to_owned() },
+            Misaligned::NoWay(cause) => CoverError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) },
+        })?;
         let last = reader.size().map(|count| f64::from(count) - 0.5);
-        let places: Vec<(DVec2, DVec2)> = border([-0.5; 2], last)
+        let places: Vec<(DVec2, DVec2)> = border([-0.5; 2], last, BORDER_PLACES)
             .map(|[column, row]| {
                 let [x, y] = back.map(column, row);
                 (DVec2::new(column, row), ground.mapping.world_from_grid(x, y))
@@ -84,7 +74,7 @@ impl<'a> AlignedRaster<'a> {
             path,
             reader,
             ground,
-            way: Alignment::ByPlace(way),
+            way,
             low_m: ground.low_m,
             high_m: ground.high_m,
             per_m: DMat2::IDENTITY,
@@ -106,15 +96,7 @@ impl<'a> AlignedRaster<'a> {
         reader: Box<dyn HeightReader>,
         ground: &'a Ground<'a>,
     ) -> Result<Self, CoverError> {
-        let size = DVec2::from_array(reader.size().map(f64::from));
-        let factor = size / DVec2::from_array(ground.samples.map(f64::from));
-        let shift = 0.5 * factor - 0.5;
-        // The raster is upright even if the DEM's rows run north or its columns run west.
-        let [_, column_x, _, _, _, row_y] = ground.place.crs_from_grid;
-        let turned = |at: DVec2, is_turned: [bool; 2]| DVec2::select(is_turned.into(), size - 1.0 - at, at);
-        let is_turned = [column_x < 0.0, row_y > 0.0];
-        let sign = DVec2::select(is_turned.into(), DVec2::NEG_ONE, DVec2::ONE);
-        let way = Alignment::Stretched(sign * factor, turned(shift, is_turned));
+        let way = Alignment::stretched((ground.place, ground.samples), reader.size());
         let (low_m, high_m) = (ground.low_m, ground.high_m);
         Self { path, reader, ground, way, low_m, high_m, per_m: DMat2::IDENTITY }.measured()
     }
@@ -122,10 +104,7 @@ impl<'a> AlignedRaster<'a> {
     /// Returns (column, row) at a position in the world; NaN if it is unknown.
     pub(super) fn sample_at(&self, at_m: DVec2) -> DVec2 {
         let on_ground = self.ground.mapping.grid_from_world(at_m);
-        match &self.way {
-            Alignment::ByPlace(way) => DVec2::from_array(way.map(on_ground.x, on_ground.y)),
-            Alignment::Stretched(factor, shift) => *factor * on_ground + *shift,
-        }
+        DVec2::from_array(self.way.map(on_ground.x, on_ground.y))
     }
 
     fn measured(self) -> Result<Self, CoverError> {
@@ -167,24 +146,6 @@ impl<'a> AlignedRaster<'a> {
         let corner = DVec2::select([a > 0.0, d > 0.0].into(), (at + close).floor(), (at - close).ceil());
         at_m + self.per_m.inverse() * (corner - at)
     }
-}
-
-/// Whether a reference system identifies locations, so that it can be compared with or transformed to another one.
-fn is_known(crs: &Crs) -> bool {
-    match crs {
-        Crs::Local => false,
-        Crs::Projected { name, .. } => name != "unnamed",
-        Crs::Geographic { .. } => true,
-    }
-}
-
-/// Returns points along the border of a rectangle.
-fn border(low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
-    (0..=BORDER_PLACES).flat_map(move |i| {
-        let part = f64::from(i) / f64::from(BORDER_PLACES);
-        let [x, y] = [0, 1].map(|axis| low[axis] + part * (high[axis] - low[axis]));
-        [[x, low[1]], [x, high[1]], [low[0], y], [high[0], y]]
-    })
 }
 
 /// Returns the bounding box; `None` if any of the points is not finite.

@@ -55,6 +55,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         water,
         layers,
         graticule,
+        drape,
         tone_curve,
         // The window has none of the rest.
         show: _,
@@ -77,6 +78,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("water", water.clone());
     add("graticule", graticule.clone());
     layers.iter().flatten().for_each(|file| add("layer", Some(file.clone())));
+    drape.iter().flatten().for_each(|file| add("drape", Some(file.clone())));
     add("encoding", encoding.clone());
     add("height-scale", number(*height_scale));
     add("height-offset", number(*height_offset));

@@ -16,12 +16,13 @@ pub(in crate::commands::render) struct Names {
     pub(super) world: Option<PathBuf>,
     pub(super) water: Option<PathBuf>,
     pub(super) layers: Vec<PathBuf>,
+    pub(super) images: Vec<PathBuf>,
     pub(super) path: Option<PathBuf>,
     pub(super) labels: Option<PathBuf>,
 }
 
 impl Names {
-    /// Replaces the error of a world that the imprint names, or of its water or layers.
+    /// Replaces the error of a world that the imprint names, or of its water, layers or images.
     pub(in crate::commands::render) fn world<T, E: Into<anyhow::Error>>(
         &self,
         result: Result<T, E>,
@@ -29,8 +30,10 @@ impl Names {
         let world = self.world.iter().map(|file| ("world", file));
         let others = self.water.iter().map(|file| ("water", file));
         let layers = self.layers.iter().map(|file| ("layer", file));
-        let files = world.chain(others).chain(layers).map(|(what, file)| format!("its {what} {}", named(file)));
-        self.hidden(result, &files.collect::<Vec<_>>().join(" or "), "as WORLD, or by --water or --layer")
+        let images = self.images.iter().map(|file| ("image", file));
+        let files = world.chain(others).chain(layers).chain(images);
+        let files = files.map(|(what, file)| format!("its {what} {}", named(file)));
+        self.hidden(result, &files.collect::<Vec<_>>().join(" or "), "as WORLD, or by --water, --layer or --drape")
     }
 
     /// Replaces the error of a camera path that the imprint names.

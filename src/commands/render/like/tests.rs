@@ -41,6 +41,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("water", Kept("--water lake.geojson -o a.png")),
     ("layer", Kept("--layer a.gpx --layer b.gpkg -o a.png")),
     ("graticule", Kept("--graticule 0.5 -o a.png")),
+    ("drape", Kept("--drape a.tif --drape b.png -o a.png")),
     ("exaggeration", Kept("--exaggeration 2.5 -o a.png")),
     ("sea_level", Kept("--sea-level=-2.5 -o a.png")),
     ("trees", Kept("--trees 7 -o a.png")),
