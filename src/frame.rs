@@ -45,6 +45,7 @@ use crate::gpu::recorder::{Recorder, Submits};
 use crate::gpu::timer::Timer;
 use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError};
+use crate::imagery::ResidentImagery;
 use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
@@ -58,7 +59,6 @@ use crate::surface::rows::blocks::RowMemory;
 #[cfg(test)]
 use crate::surface::rows::reach::Culling;
 pub use crate::tiles::terrain::Prepared;
-use crate::imagery::ResidentImagery;
 use crate::tiles::terrain::{Loading, TerrainView};
 use crate::tones::fit::FrameFit;
 use crate::tones::masses::FrameMasses;
@@ -494,7 +494,8 @@ impl Renderer {
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late || sea_changes;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
-        let changes = land_changes || strokes_settle || sways || self.tones.is_settling() || drainage_changes || imagery_changes;
+        let changes =
+            land_changes || strokes_settle || sways || self.tones.is_settling() || drainage_changes || imagery_changes;
         let error_px = prepared.detail.error_px;
         let has_room = self.room_px.is_some() && !resized;
         let inputs = antialias::SampleInputs { rig, style, light, error_px, changes, has_room };

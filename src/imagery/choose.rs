@@ -78,7 +78,8 @@ impl Imagery {
             let mut next: Vec<(f64, ImageTile)> = Vec::new();
             for tile in wave {
                 for corner in 0..4 {
-                    let child = ImageTile { level: tile.level - 1, x: 2 * tile.x + corner % 2, y: 2 * tile.y + corner / 2 };
+                    let child =
+                        ImageTile { level: tile.level - 1, x: 2 * tile.x + corner % 2, y: 2 * tile.y + corner / 2 };
                     let Some(away_m) = self.distance_m(sight, projection, child) else { continue };
                     let texel_m = self.texel_samples(child.level) * sight.spacing_m;
                     // Levels are continuous: a pixel needs the level of its footprint and the next coarser one.

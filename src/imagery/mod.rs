@@ -15,7 +15,7 @@ mod loader;
 mod resample;
 mod resident;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use std::path::{Path, PathBuf};
 
@@ -82,7 +82,6 @@ pub enum ImageError {
 
 /// An image with its place on the grid of heights.
 struct PlacedImage {
-    path: PathBuf,
     image: ColorImage,
     way: Alignment,
     /// The samples of the heights around it, or a larger rectangle.
@@ -160,7 +159,13 @@ impl PlacedImage {
         if !image.is_located {
             tracing::warn!("{}: has no position, so it is stretched over the whole land", path.display());
             let per_sample = f64::from(own.1[0]) / f64::from(samples[0]);
-            return Ok(Self { way: Alignment::stretched(dem, own.1), path, image, low: whole[0], high: whole[1], per_sample });
+            return Ok(Self {
+                way: Alignment::stretched(dem, own.1),
+                image,
+                low: whole[0],
+                high: whole[1],
+                per_sample,
+            });
         }
         let aligned = match (&place.crs, &own.0.crs) {
             (Crs::Local, Crs::Local) => Alignment::by_coordinates(dem, own),
@@ -189,25 +194,28 @@ impl PlacedImage {
         let middle = 0.5 * (low + high);
         let step = 0.25 * (high - low).min(DVec2::ONE);
         let at = |by: DVec2| DVec2::from_array(way.map(middle.x + by.x, middle.y + by.y));
-        let [across, down] = [DVec2::new(step.x, 0.0), DVec2::new(0.0, step.y)].map(|by| (at(by) - at(-by)) / (2.0 * by.length()));
+        let [across, down] =
+            [DVec2::new(step.x, 0.0), DVec2::new(0.0, step.y)].map(|by| (at(by) - at(-by)) / (2.0 * by.length()));
         let per_sample = across.length().max(down.length());
         if !(per_sample.is_finite() && per_sample > 0.0) {
             return Err(ImageError::OutsideWorld { path });
         }
         // The sides of the image may be curved on the grid.
         let margin = 0.02 * (high - low);
-        Ok(Self { path, image, way, low: low - margin, high: high + margin, per_sample })
+        Ok(Self { image, way, low: low - margin, high: high + margin, per_sample })
     }
 }
 
-/// Checks that images can be opened for a world, as [`Imagery::open`] does.
+/// Checks that images can be used for a world: opens them, and resamples their coarsest tile.
 ///
 /// # Errors
-/// The errors of [`Imagery::open`].
+/// The errors of [`Imagery::open`], and an image that cannot be read.
 pub(crate) fn check(files: &[ImageFile], place: &Georeference, samples: [u32; 2]) -> Result<(), ImageError> {
     // A world that cannot be drawn has an error of its own.
-    match WorldMapping::new(place, samples[0], samples[1]) {
-        Ok(_) => Imagery::open(files, place, samples).map(drop),
-        Err(_) => Ok(()),
+    if files.is_empty() || WorldMapping::new(place, samples[0], samples[1]).is_err() {
+        return Ok(());
     }
+    let imagery = Imagery::open(files, place, samples)?;
+    imagery.resample(ImageTile { level: imagery.top, x: 0, y: 0 })?;
+    Ok(())
 }

@@ -22,8 +22,10 @@ use crate::style::Image;
 use crate::tiles::terrain::{Loading, Terrain};
 
 /// The texels of the tiles.
-const IMAGE_TILES: TextureName =
-    TextureName { name: "image tiles", content: Group::Surface.shows("Images on the land, in tiles on the grid of heights") };
+const IMAGE_TILES: TextureName = TextureName {
+    name: "image tiles",
+    content: Group::Surface.shows("Images on the land, in tiles on the grid of heights"),
+};
 /// Largest number of tiles on the GPU: 277 MB.
 const MOST_SLOTS: usize = 1024;
 /// Least number of slots.
@@ -121,7 +123,9 @@ impl ResidentImagery {
         if !is_same {
             let chosen = self.imagery.choose(&sight, projection, most);
             if chosen.bias > 0.0 && !std::mem::replace(&mut self.has_warned, true) {
-                tracing::warn!("the images on the land are drawn coarser, because more than {most} of their tiles are in view");
+                tracing::warn!(
+                    "the images on the land are drawn coarser, because more than {most} of their tiles are in view"
+                );
             }
             self.seen = Some((sight, chosen));
         }
@@ -142,7 +146,8 @@ impl ResidentImagery {
             for batch in missing.chunks(BATCH) {
                 let made: Vec<_> = batch.par_iter().map(|tile| (*tile, self.imagery.resample(*tile))).collect();
                 for (tile, texels) in made {
-                    arrived += usize::from(self.take(gpu, tile, texels.map_err(|error| error.to_string()), f64::NEG_INFINITY));
+                    arrived +=
+                        usize::from(self.take(gpu, tile, texels.map_err(|error| error.to_string()), f64::NEG_INFINITY));
                 }
                 // Uploads so far need not wait in memory.
                 gpu.queue.submit([]);
@@ -246,7 +251,8 @@ impl ResidentImagery {
         let most = MOST_SLOTS.min(gpu.device.limits().max_texture_array_layers as usize);
         let count = needed.next_power_of_two().min(most).max(needed);
         let larger = texture(gpu, count);
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("image tiles") });
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("image tiles") });
         let depth_or_array_layers = self.slots.len() as u32;
         let size = wgpu::Extent3d { width: TILE_STRIDE, height: TILE_STRIDE, depth_or_array_layers };
         encoder.copy_texture_to_texture(self.texture.as_image_copy(), larger.as_image_copy(), size);
@@ -272,6 +278,7 @@ impl ResidentImagery {
     }
 
     /// Returns the memory on the GPU, in bytes.
+    #[cfg(test)]
     pub(crate) fn gpu_bytes(&self) -> u64 {
         self.slots.len() as u64 * u64::from(TILE_STRIDE * TILE_STRIDE) * 4 + self.nodes.buffer().size()
     }

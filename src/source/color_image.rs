@@ -10,6 +10,8 @@
 
 mod decode;
 mod pixels;
+#[cfg(test)]
+mod tests;
 mod tiff;
 
 use std::path::{Path, PathBuf};

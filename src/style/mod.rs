@@ -35,8 +35,8 @@ pub use color::Color;
 pub use curvature::Curvature;
 pub use error::StyleError;
 pub use focus::Focus;
-pub use image::Image;
 pub(crate) use held::StyleFiles;
+pub use image::Image;
 use layers::RecipeSource;
 pub(crate) use layers::StyleInk;
 pub use layers::{

@@ -18,11 +18,13 @@ use hachure::frame::{self, Antialias, Renderer};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Group, Target, TargetKind};
 use hachure::gpu::trace::{PassTrace, Traced, Work};
+use hachure::imagery::Imagery;
+use hachure::imagery::tests::write_png;
 use hachure::picture::show::{self, ShowError};
 use hachure::scene::forest::Form;
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Pose, View};
-use hachure::scene::{FeatureFile, Wind};
+use hachure::scene::{FeatureFile, ImageFile, Wind};
 use hachure::style::{self, Detector, ReliefKind, Style};
 use hachure::surface::hidden::HiddenArea;
 
@@ -261,6 +263,17 @@ fn add_kinds(traces: &mut Traces, world: &mut World, pose: Pose, pen: &Style) {
     let trace = drawing(world, &mut renderer, &pen.clone().with_features([true, false]), [pose; 2]);
     traces.add("worlds with features", &trace);
     world.surfaces.set_features(read(&[]));
+    let path = folder.path().join("image.png");
+    write_png(&path, [64, 64], |x, y| [x as u8, y as u8, 0, 255]);
+    let gpu = world.gpu.clone();
+    let open = |files: &[ImageFile]| Imagery::open(files, &place, samples).unwrap();
+    world.surfaces.set_imagery(&gpu, open(&[ImageFile { path }]));
+    for name in ["plain", "wash"] {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let trace = drawing(world, &mut renderer, &Style::load(name).unwrap(), [pose; 2]);
+        traces.add("worlds with images", &trace);
+    }
+    world.surfaces.set_imagery(&gpu, open(&[]));
 }
 
 /// In the fast tier a few frames are drawn, and only what they have is compared.

@@ -22,6 +22,7 @@ mod curvature;
 mod cuts;
 mod depth;
 mod derive;
+mod draped_image;
 mod drainage;
 mod device;
 mod dry;

@@ -14,7 +14,11 @@ use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
+use hachure::imagery::Imagery;
+use hachure::imagery::tests::write_png;
 use hachure::mesh::placed::Placed;
+use hachure::pyramid::TileStore;
+use hachure::scene::ImageFile;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::tiles::Terrain;
@@ -54,6 +58,16 @@ fn every_preset_draws_within_the_default_limits() {
     let mut surfaces = Surfaces::from(Terrain::new(&gpu, store, TerrainOptions::default()).unwrap());
     let placed: &Placed = world.surfaces.meshes().unwrap();
     surfaces.set_meshes(placed.clone());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("image.png");
+    write_png(&path, [300, 300], |x, y| [x as u8, y as u8, 0, 255]);
+    let open = |store: &dyn TileStore| {
+        let size = store.levels()[0];
+        let files = [ImageFile { path: path.clone() }];
+        Imagery::open(&files, store.georeference(), [size.width, size.height]).unwrap()
+    };
+    surfaces.set_imagery(&gpu, open(&**surfaces.terrain.store()));
+    world.surfaces.set_imagery(&world.gpu, open(&**world.surfaces.terrain.store()));
     // No other passes bind as many storage buffers as those of strokes.
     let mut names = if common::full() { common::presets() } else { vec!["plain", "strokes"] };
     names.sort_unstable();

@@ -11,6 +11,7 @@ use crate::file::imprint::Notes;
 use crate::file::png::{PngPixels, PngWriter};
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
+use crate::imagery::ResidentImagery;
 use crate::picture::imprint::Imprint;
 use crate::picture::{self, PictureRequest, eyes};
 use crate::pyramid::TileStore;
@@ -79,6 +80,9 @@ pub(super) fn take(shot: &Shot, folder: &Path) -> Result<PathBuf, String> {
     };
     let report = drawn.map_err(|error| error.to_string())?;
     // A picture with missing tiles must not be written.
+    if let Some(failure) = world.surfaces.imagery().and_then(ResidentImagery::failure) {
+        return Err(format!("an image on the land could not be read: {failure}"));
+    }
     match (report.tiles_failed, world.surfaces.terrain.failure()) {
         (0, None) => {}
         (_, Some(failure)) => return Err(format!("a tile could not be read: {failure}")),

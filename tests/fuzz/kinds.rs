@@ -139,6 +139,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind { name: "strokes", open: read_strokes, seeds: |home| recipes(home, "strokes"), arguments: None },
     Kind { name: "water", open: read_water, seeds: waters, arguments: None },
     Kind { name: "water-mask", open: read_water, seeds: scenes::masks, arguments: None },
+    Kind { name: "image", open: scenes::read_image, seeds: scenes::images, arguments: None },
     Kind { name: "forest-scene", open: scenes::read_scene, seeds: scenes::scenes, arguments: None },
     Kind { name: "materials", open: scenes::read_materials, seeds: scenes::materials, arguments: None },
     Kind { name: "imprint", open: scenes::read_imprint, seeds: scenes::imprints, arguments: None },

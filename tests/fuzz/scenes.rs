@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use geotiff_writer::{Compression, GeoTiffBuilder};
+use geotiff_writer::{Compression, GeoTiffBuilder, PhotometricInterpretation};
 use hachure::file::imprint::Notes;
 use hachure::file::png::{PngPixels, PngWriter, write_rgba8};
 use hachure::internals::{Imprint, check_like, obj, read_scene_files};
-use hachure::scene::Scene;
 use hachure::scene::reach::Reach;
+use hachure::scene::{ImageFile, Scene};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{GeoKeys, Silent};
 use hachure::style::preset_text;
-use ndarray::Array2;
+use ndarray::{Array2, Array3};
 
 use super::kinds::{one, text};
 use super::seeds::Seed;
@@ -30,6 +30,13 @@ pub(crate) fn place() -> Georeference {
 pub(crate) fn read_scene(path: &Path) -> anyhow::Result<()> {
     let scene = Scene::read(path)?;
     scene.check_reach(path, Reach::SceneFolder)?;
+    Ok(read_scene_files(&scene, &place(), [SIDE; 2])?)
+}
+
+/// Reads an image as `--drape` does, for land in UTM.
+pub(crate) fn read_image(path: &Path) -> anyhow::Result<()> {
+    let mut scene = Scene::default();
+    scene.images.push(ImageFile { path: path.to_owned() });
     Ok(read_scene_files(&scene, &place(), [SIDE; 2])?)
 }
 
@@ -150,4 +157,32 @@ pub(crate) fn imprints(home: &Path) -> Vec<Seed> {
 /// Returns masks of water.
 pub(crate) fn masks(home: &Path) -> Vec<Seed> {
     one(home, "mask.tif", |path| raster(path, |column, row| u8::from((column / 7 + row / 9) % 3 == 0)))
+}
+
+/// Returns images: GeoTIFFs with colours, with and without compression, a PNG and a JPEG.
+pub(crate) fn images(home: &Path) -> Vec<Seed> {
+    let colours = |path: &Path, compression: Compression| {
+        let samples = Array3::from_shape_fn((300, 300, 3), |(y, x, band)| (x * (band + 1) + y) as u8);
+        let builder = GeoTiffBuilder::new(300, 300).pixel_scale(40.0, 40.0).origin(5.0e5, 5_215_000.0).epsg(32_632);
+        let builder = builder.tile_size(64, 64).bands(3).photometric(PhotometricInterpretation::Rgb);
+        builder.compression(compression).write_3d(path, samples.view()).unwrap();
+    };
+    let grey = |path: &Path| {
+        let samples = Array2::from_shape_fn((300, 300), |(y, x)| (x + 2 * y) as u8);
+        let builder = GeoTiffBuilder::new(300, 300).pixel_scale(40.0, 40.0).origin(5.0e5, 5_215_000.0).epsg(32_632);
+        builder.tile_size(64, 64).compression(Compression::Jpeg).write_2d(path, samples.view()).unwrap();
+    };
+    let jpeg = |path: &Path| {
+        let rgb: Vec<u8> = (0..64 * 64 * 3).map(|index| (index * 7 % 251) as u8).collect();
+        let encoder = jpeg_encoder::Encoder::new_file(path, 90).unwrap();
+        encoder.encode(&rgb, 64, 64, jpeg_encoder::ColorType::Rgb).unwrap();
+    };
+    let whole = one(home, "plain.tif", |path| colours(path, Compression::None));
+    whole
+        .into_iter()
+        .chain(one(home, "deflate.tif", |path| colours(path, Compression::Deflate)))
+        .chain(one(home, "jpeg.tif", grey))
+        .chain(one(home, "leaf.png", leaf))
+        .chain(one(home, "photo.jpg", jpeg))
+        .collect()
 }

@@ -36,6 +36,8 @@ pub(super) struct SceneInfo {
     water: Vec<PathBuf>,
     /// Files of features.
     features: Vec<PathBuf>,
+    /// Images on the land.
+    images: Vec<PathBuf>,
     wind: Option<WindInfo>,
     meshes: Vec<MeshInfo>,
     forest: Option<ForestInfo>,
@@ -178,6 +180,7 @@ impl SceneInfo {
             sea_level_m: scene.sea_level_m,
             water: scene.water.files().map(|(_, path)| path.clone()).collect(),
             features: scene.features.iter().map(|file| file.path.clone()).collect(),
+            images: scene.images.iter().map(|file| file.path.clone()).collect(),
             wind: scene.wind.map(|Wind { speed_m_s, from_deg }| WindInfo { speed_m_s, from_deg }),
             meshes,
             forest: scene.forest.as_ref().map(ForestInfo::of),
@@ -196,6 +199,7 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
     let water = scene.water.files().map(|(_, path)| path);
     let features = scene.features.iter().map(|file| &file.path);
+    let images = scene.images.iter().map(|file| &file.path);
     let meshes = scene.meshes.iter().map(|mesh| &mesh.file);
     let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
     let mut missing: Vec<&PathBuf> = heights
@@ -206,6 +210,7 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
         .chain(cover)
         .chain(water)
         .chain(features)
+        .chain(images)
         .collect();
     // A file that may not be looked at is reported when it is opened.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
@@ -365,11 +370,12 @@ impl SceneInfo {
         let focus = self.focus.as_ref().map(|focus| format!("focus     {focus}\n"));
         let water: String = self.water.iter().map(|path| format!("water     {}\n", named(path))).collect();
         let features: String = self.features.iter().map(|path| format!("features  {}\n", named(path))).collect();
+        let images: String = self.images.iter().map(|path| format!("image     {}\n", named(path))).collect();
         let forest = self.forest.as_ref().map(ForestInfo::lines);
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
-             start     {}\nvertical  × {}\n{}{}{water}{features}{}{meshes}{}{trees}",
+             start     {}\nvertical  × {}\n{}{}{water}{features}{images}{}{meshes}{}{trees}",
             self.start.as_deref().unwrap_or("a view of the most prominent summit"),
             self.vertical_exaggeration,
             focus.unwrap_or_default(),

@@ -26,6 +26,7 @@ use crate::file::{FileError, unnamed};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::gpu::recorder::Submits;
+use crate::imagery::ResidentImagery;
 use crate::picture::aov::Plane;
 use crate::picture::contour_numbers::Numbers;
 use crate::picture::eyes::{self, joined};
@@ -532,6 +533,9 @@ impl Job<'_> {
     pub(super) fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
         self.world.ground_was_read()?;
         // A drawing with missing tiles must not be written.
+        if let Some(failure) = self.world.surfaces.imagery().and_then(ResidentImagery::failure) {
+            bail!("an image on the land could not be read: {failure}");
+        }
         match (report.tiles_failed, self.world.surfaces.terrain.failure()) {
             (0, _) => Ok(report),
             (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),

@@ -70,15 +70,8 @@ impl<'a> AlignedRaster<'a> {
                 (DVec2::new(column, row), ground.mapping.world_from_grid(x, y))
             })
             .collect();
-        let placed = Self {
-            path,
-            reader,
-            ground,
-            way,
-            low_m: ground.low_m,
-            high_m: ground.high_m,
-            per_m: DMat2::IDENTITY,
-        };
+        let placed =
+            Self { path, reader, ground, way, low_m: ground.low_m, high_m: ground.high_m, per_m: DMat2::IDENTITY };
         // Projections are meaningless far from their zone. A raster for which that happens is taken to cover
         // everything.
         let is_sure = places.iter().all(|(sample, at_m)| placed.sample_at(*at_m).distance(*sample) < 0.5);

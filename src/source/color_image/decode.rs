@@ -82,7 +82,8 @@ fn jpeg(path: &Path) -> Result<([u32; 2], Vec<Rgba>), SourceError> {
     let shade = |shade: u8| [shade, shade, shade, 255];
     match info.pixel_format {
         PixelFormat::L8 => pixels.extend(bytes.iter().map(|value| shade(*value))),
-        PixelFormat::L16 => pixels.extend(bytes.as_chunks::<2>().0.iter().map(|value| shade(u16::from_ne_bytes(*value).to_be_bytes()[0]))),
+        PixelFormat::L16 => pixels
+            .extend(bytes.as_chunks::<2>().0.iter().map(|value| shade(u16::from_ne_bytes(*value).to_be_bytes()[0]))),
         PixelFormat::RGB24 => {
             pixels.extend(bytes.as_chunks::<3>().0.iter().map(|&[red, green, blue]| [red, green, blue, 255]));
         }

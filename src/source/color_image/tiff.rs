@@ -29,7 +29,9 @@ const LOW_16: f32 = 16_384.0;
 #[derive(Clone, Debug)]
 enum Colors {
     /// A shade, dark or light for large values.
-    Grey { is_inverted: bool },
+    Grey {
+        is_inverted: bool,
+    },
     Rgb,
     /// Indices into a table.
     Palette(Arc<[[u8; 3]]>),
@@ -51,11 +53,8 @@ pub(super) struct TiffColors {
 /// Opens all resolutions of a GeoTIFF, with its position, and whether the file gives it.
 pub(super) fn open(path: &Path) -> Result<(Vec<TiffColors>, Georeference, bool), SourceError> {
     let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
-    let options = OpenOptions {
-        block_cache_bytes: CACHE_BYTES,
-        decode_output_bytes: usize::MAX / 2,
-        ..OpenOptions::default()
-    };
+    let options =
+        OpenOptions { block_cache_bytes: CACHE_BYTES, decode_output_bytes: usize::MAX / 2, ..OpenOptions::default() };
     let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged(path))?);
     let layouts = check_colors(&file, file_bytes, path)?;
     let largest_block = layouts.iter().map(|level| level.block_bytes).max().unwrap_or(0);
@@ -155,8 +154,7 @@ impl TiffColors {
                 }));
             }
             Colors::Rgb => {
-                let [red, green, blue] =
-                    [self.values(0, window)?, self.values(1, window)?, self.values(2, window)?];
+                let [red, green, blue] = [self.values(0, window)?, self.values(1, window)?, self.values(2, window)?];
                 let no_data = self.meaning.no_data.unwrap_or(0.0) as f32;
                 pixels.extend(red.iter().zip(&green).zip(&blue).map(|((red, green), blue)| {
                     // A pixel is no-data if all of its channels are.
