@@ -106,6 +106,8 @@ pub(crate) struct Labels {
 pub(crate) struct Placed {
     /// The site, with its position on the picture.
     pub at: Seen,
+    /// Index of the row, from the top.
+    pub row: usize,
     /// Position of the label's left side from its summit, and of the lower side of its letters, in pixels.
     pub offset_px: f64,
     pub bottom_px: f64,
@@ -128,7 +130,7 @@ pub(crate) fn above_land(sites: &[Site], seen: &[Seen], land_top_px: f64, ground
     let placed = places.iter().zip(seen).filter_map(|(place, at)| {
         let place = (*place)?;
         let bottom_px = rows.tops_px[place.row] + height_px;
-        Some(Placed { at: *at, offset_px: place.offset_px, bottom_px, opacity: 1.0, has_halo })
+        Some(Placed { at: *at, row: place.row, offset_px: place.offset_px, bottom_px, opacity: 1.0, has_halo })
     });
     placed.collect()
 }

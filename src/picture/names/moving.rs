@@ -1,9 +1,8 @@
 //! Labels of a camera that moves: the frames of a film, or a window.
 //!
-//! Rows have fixed places on the picture, and a label follows its summit within its row. Rows that land reaches are no
-//! longer used, and neither are rows above those that a layout from scratch needs: when the land sinks in the picture,
-//! labels follow it from row to row. Which labels there are is decided by [`Flight`], so that a label appears, disappears
-//! or changes its row at most once a second.
+//! Rows are above the land, and move up and down with it as the summits do. Where other land becomes the highest, they
+//! follow it within about a second. A label follows its summit within its row. Which labels there are is decided by
+//! [`Flight`], so that a label appears, disappears or changes its row at most once a second.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,8 +16,10 @@ use crate::labels::placement::flight::{Flight, Summit};
 use crate::labels::placement::panorama::{Label, panorama};
 use crate::lettering::Line;
 
-/// The part of [`ABOVE_LAND`] up to which a row remains in use when the land rises.
-const LEAST_ABOVE_LAND: f64 = 0.4;
+/// Time in which rows follow land that becomes the highest, in seconds: after it, 37 % of the way is left.
+const FOLLOW_S: f64 = 0.5;
+/// The part of [`MARGIN`] up to which a row remains in use when it moves to the upper border.
+const LEAST_MARGIN: f64 = 0.4;
 /// Rows above those that a layout needs that remain in use.
 const MORE_ROWS: usize = 1;
 /// Times per second at which it is found how many rows a layout needs.
@@ -37,7 +38,9 @@ const BEFORE_S: f64 = 1.0;
 pub(crate) struct MovingNames {
     flight: Flight,
     /// Whether each row is in use, from the top.
-    rows: Vec<bool>,
+    rows: [bool; MAX_ROWS],
+    /// Time of the last frame, and the upper end of the land that its rows were above, in pixels.
+    land: Option<[f64; 2]>,
     /// How many rows a layout from scratch needs, and the number of the check that found it.
     needed: Option<(usize, f64)>,
     /// Widths of the texts of sites, in heights of their letters.
@@ -73,9 +76,12 @@ impl MovingNames {
         let is_cut = !self.before_px.is_empty() && self.moved_px(&at) > CUT * width_px;
         if is_cut {
             self.flight = Flight::default();
-            self.rows.clear();
+            self.rows = [false; MAX_ROWS];
             self.needed = None;
+            self.land = None;
         }
+        let land_px = self.land_px(time_s, &at, visible.land_top_px.min(ground.area_px[1].y));
+        self.land = Some([time_s, land_px]);
         let mut summit = |at: &Seen, is_visible| {
             let (site, typeface) = (&sites.all[at.site], ground.paper.typeface);
             let width = self.widths.entry(at.site).or_insert_with(|| Line::small(&site.text, typeface).width());
@@ -85,7 +91,7 @@ impl MovingNames {
         let leaving: Vec<Summit> = leaving.iter().map(|at| summit(at, false)).collect();
         let check = (time_s * CHECKS_PER_S).floor();
         if self.needed.is_none_or(|(_, last)| last != check) {
-            let tops_px = self.tops_px(visible.land_top_px, MAX_ROWS, ground);
+            let tops_px = self.tops_px(land_px, MAX_ROWS, ground);
             let labels: Vec<Label> = summits.iter().map(|summit| summit.label).collect();
             let lowest = tops_px.iter().rposition(|top_px| top_px.is_finite()).unwrap_or(0);
             let places = panorama(&labels, &rows(tops_px, ground), &[]);
@@ -93,8 +99,8 @@ impl MovingNames {
             self.needed = Some((lowest - highest.min(lowest) + 1, check));
         }
         let in_use = self.needed.map_or(1, |(needed, _)| needed + MORE_ROWS);
-        let tops_px = self.tops_px(visible.land_top_px, in_use, ground);
-        self.rows = tops_px.iter().map(|top_px| top_px.is_finite()).collect();
+        let tops_px = self.tops_px(land_px, in_use, ground);
+        self.rows = std::array::from_fn(|row| tops_px[row].is_finite());
         let rows = rows(tops_px, ground);
         if self.before_px.is_empty() || is_cut {
             self.flight.frame(time_s - BEFORE_S, &summits, &rows);
@@ -107,9 +113,10 @@ impl MovingNames {
             let [left, right] = shown.label.x_px;
             let px = DVec2::new(left + ground.area_px[0].x, shown.label.y_px);
             let last = Seen { site, px, apart_px: right - left, below_px: 0.0 };
-            let bottom_px = self.top_px(shown.place.row, ground) + height_px;
+            let bottom_px = top_px(shown.place.row, land_px, ground) + height_px;
             (shown.opacity > 0.0).then(|| Placed {
                 at: at.get(&site).copied().unwrap_or(last),
+                row: shown.place.row,
                 offset_px: shown.place.offset_px,
                 bottom_px,
                 opacity: shown.opacity,
@@ -154,28 +161,37 @@ impl MovingNames {
         names.into_iter().chain(ranked.into_iter().take(most).map(|(_, at)| at)).collect()
     }
 
-    /// Returns the upper side of a row.
-    fn top_px(&self, row: usize, ground: &Ground<'_>) -> f64 {
-        ground.area_px[0].y + (MARGIN + ROW * row as f64) * ground.px
+    /// Returns the upper end of the land that the rows of the next frame are above: it moves as the summits do, and
+    /// towards that of the frame, `wanted_px`.
+    fn land_px(&self, time_s: f64, at: &BTreeMap<usize, Seen>, wanted_px: f64) -> f64 {
+        let Some([before_s, before_px]) = self.land else { return wanted_px };
+        let sunk = self.before_px.iter().filter_map(|(site, before_px)| Some(at.get(site)?.px.y - before_px.y));
+        let mut sunk_px: Vec<f64> = sunk.collect();
+        sunk_px.sort_by(f64::total_cmp);
+        let moved_px = before_px + sunk_px.get(sunk_px.len() / 2).copied().unwrap_or(0.0);
+        let left = (-(time_s - before_s).max(0.0) / FOLLOW_S).exp();
+        wanted_px + (moved_px - wanted_px) * left
     }
 
-    /// Returns the upper sides of all rows, of which the `most` lowest ones above the land are in use; NaN for the others.
-    fn tops_px(&self, land_top_px: f64, most: usize, ground: &Ground<'_>) -> Vec<f64> {
-        let px = ground.px;
+    /// Returns the upper sides of all rows above land, of which the `most` lowest ones are in use; NaN for the others.
+    fn tops_px(&self, land_px: f64, most: usize, ground: &Ground<'_>) -> Vec<f64> {
         let [low, high] = ground.area_px.map(|corner| corner.y);
-        let room = (high - low) / px - MARGIN - LETTERS[0];
-        let count = if room < 0.0 { 0 } else { 1 + (room / ROW) as usize };
-        let land_px = land_top_px.min(high);
-        let is_above = |row: &usize| {
-            let is_used = self.rows.get(*row).copied().unwrap_or(false);
-            let gap_px = if is_used { LEAST_ABOVE_LAND * ABOVE_LAND } else { ABOVE_LAND } * px;
-            self.top_px(row + 1, ground) + gap_px <= land_px
+        let top = |row: usize| {
+            let top_px = top_px(row, land_px, ground);
+            let margin = if self.rows[row] { LEAST_MARGIN * MARGIN } else { MARGIN } - 1e-6;
+            let is_inside = top_px >= low + margin * ground.px && top_px + LETTERS[0] * ground.px <= high;
+            if is_inside && MAX_ROWS - row <= most { top_px } else { f64::NAN }
         };
-        // Without a row above the land, names are on land at the border.
-        let lowest = (0..count).rfind(is_above).unwrap_or(0);
-        let is_used = |row: usize| row <= lowest && lowest - row < most;
-        (0..count).map(|row| if is_used(row) { self.top_px(row, ground) } else { f64::NAN }).collect()
+        (0..MAX_ROWS).map(top).collect()
     }
+}
+
+/// Returns the upper side of a row above land. If there is no room above the land, the lowest row is on the land at the
+/// border.
+fn top_px(row: usize, land_px: f64, ground: &Ground<'_>) -> f64 {
+    let px = ground.px;
+    let lowest_px = (land_px - (ABOVE_LAND + ROW) * px).max(ground.area_px[0].y + MARGIN * px);
+    lowest_px - ROW * px * (MAX_ROWS - 1 - row) as f64
 }
 
 /// Returns whether a site is inside of the picture's border, for both eyes.
