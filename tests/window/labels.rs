@@ -33,7 +33,8 @@ fn labels_are_over_the_picture_until_a_key_hides_them() {
     }
     let folder = tempfile::tempdir().unwrap();
     let display = Display::of_size("480x300x24").expect("Xvfb must start");
-    let arguments = ["--size", "480x300", "--style", "lsa", "--peaks", "5"];
+    let camera = "--camera=0,-1500,+300,0,-2,60";
+    let arguments = ["--size", "480x300", "--style", "lsa", "--peaks", "5", camera];
     let (_program, _window) = open_with(&display, folder.path(), &[], &arguments);
     // Without the panel, all of the window is free.
     display.key(&["key", "H"]);
