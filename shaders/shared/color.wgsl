@@ -12,6 +12,11 @@ fn srgb_from_linear(color: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(c, vec3<f32>(1.0 / 2.4)) - 0.055, c * 12.92, c <= vec3<f32>(0.0031308));
 }
 
+// Inverts `srgb_from_linear` for colours within 0 to 1.
+fn linear_from_srgb(color: vec3<f32>) -> vec3<f32> {
+    return select(pow((color + 0.055) / 1.055, vec3<f32>(2.4)), color / 12.92, color <= vec3<f32>(0.04045));
+}
+
 fn hash(cell: vec2<i32>) -> f32 {
     return f32(pcg(vec2<u32>(cell)).x >> 8u) / 16777216.0;
 }

@@ -9,7 +9,7 @@
 #import hachure::earth::unbend
 #import hachure::terrain::grid_from_world
 #import hachure::surface_id::{id_seen, has_trait, ON_GRID}
-#import hachure::color::{luminance, srgb_from_linear}
+#import hachure::color::{linear_from_srgb, luminance, srgb_from_linear}
 
 // Texels of a tile along a side, and of border on each side.
 const TILE_TEXELS: i32 = 256;
@@ -109,10 +109,6 @@ fn image_at(g: vec2<f32>, wanted: f32) -> vec4<f32> {
         level += 1;
     }
     return sum;
-}
-
-fn linear_from_srgb(color: vec3<f32>) -> vec3<f32> {
-    return select(pow((color + 0.055) / 1.055, vec3<f32>(2.4)), color / 12.92, color <= vec3<f32>(0.04045));
 }
 
 @compute @workgroup_size(8, 8)

@@ -61,6 +61,7 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--aov", !args.aov.is_empty()),
         ("--camera", args.camera.is_some()),
         ("--dpi", args.dpi.is_some()),
+        ("--drape", !args.world.layers.drape.is_empty()),
         ("--credits", args.credits.is_some()),
         ("--eyes", args.stereo.eyes.is_some()),
         ("--fps", args.fps.is_some()),
