@@ -96,9 +96,6 @@ pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let option = args.labels.option();
         return Err(Misuse(format!("{option}: a headset has no labels yet; leave out the option or --vr")).into());
     }
-    if args.labels.saddles.is_some() {
-        return Err(Misuse("--saddles: only maps (hachure render --map) have labels of saddles".to_owned()).into());
-    }
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }
 

@@ -177,6 +177,10 @@ pub(crate) struct RenderArgs {
     pub legend: bool,
     #[command(flatten)]
     pub labels: NamesArgs,
+    /// On a --map, label up to this many saddles with their heights: those that separate the most prominent summits from
+    /// higher land
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
+    pub saddles: Option<u32>,
     /// Frame a --map: a border with ticks and labels at round coordinates, in the reference system of the height file.
     /// With --paper or --dpi, a map of all of the land is reduced to the next round scale, such as 1 : 50 000
     #[arg(long = "map-frame")]

@@ -124,7 +124,7 @@ impl WarmUp {
             None => 0,
         };
         // A label may be as old as the film.
-        let of_labels = if args.labels.is_empty() { 0 } else { args.warm_up.unwrap_or(first) };
+        let of_labels = if !args.has_labels() { 0 } else { args.warm_up.unwrap_or(first) };
         Self {
             first: first.saturating_sub(frames),
             only_strokes: carries && !is_mean && !kind.is_drawing(),

@@ -36,10 +36,6 @@ pub(crate) struct NamesArgs {
     /// the saddle to higher land
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
     pub peaks: Option<u32>,
-    /// On a map, label up to this many saddles with their heights: those that separate the most prominent summits from
-    /// higher land
-    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
-    pub saddles: Option<u32>,
     /// Name summits and places: points with names in a GeoJSON, GPX, CSV, GeoPackage or FlatGeobuf file, in any
     /// reference system. A point within 250 m of a summit names that summit; other points are labelled where they are
     #[arg(long, value_name = "FILE")]
@@ -58,16 +54,12 @@ pub(crate) struct NamesArgs {
 
 impl NamesArgs {
     pub(crate) fn is_empty(&self) -> bool {
-        self.peaks.unwrap_or(0) == 0 && self.saddles.unwrap_or(0) == 0 && self.names.is_none()
+        self.peaks.unwrap_or(0) == 0 && self.names.is_none()
     }
 
     /// Returns the first option for labels.
     pub(crate) fn option(&self) -> &'static str {
-        match self {
-            Self { names: Some(_), .. } => "--names",
-            Self { peaks: None, saddles: Some(_), .. } => "--saddles",
-            _ => "--peaks",
-        }
+        if self.names.is_some() { "--names" } else { "--peaks" }
     }
 
     /// Checks that the options of a file of names come with one.
@@ -85,13 +77,12 @@ impl NamesArgs {
 
     /// Completes these options with those of a picture. What belongs to a file of names comes with it.
     pub(super) fn or(self, more: &More) -> Self {
-        let (peaks, saddles) = (self.peaks.or(more.peaks), self.saddles.or(more.saddles));
+        let peaks = self.peaks.or(more.peaks);
         if self.names.is_some() {
-            return Self { peaks, saddles, ..self };
+            return Self { peaks, ..self };
         }
         Self {
             peaks,
-            saddles,
             names: more.names.as_ref().map(PathBuf::from),
             name_layer: self.name_layer.or_else(|| more.name_layer.clone()),
             name_when: self.name_when.or_else(|| more.name_when.clone()),
@@ -125,7 +116,8 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     labels.check()?;
     match without_labels(args, kind) {
         Some(why) if !labels.is_empty() => Err(Misuse(format!("{}: {why}", labels.option()))),
-        _ if labels.saddles.is_some() && args.map.is_none() && args.like.is_none() => {
+        Some(why) if args.has_labels() => Err(Misuse(format!("--saddles: {why}"))),
+        _ if args.saddles.is_some() && args.map.is_none() && args.like.is_none() => {
             Err(Misuse("--saddles: only maps have labels of saddles; add --map, or leave out the option".to_owned()))
         }
         _ => Ok(()),
@@ -250,7 +242,7 @@ impl LabelRules<'_> {
         };
         let eyes = if args.stereo.eyes().of_pair().is_empty() { 1 } else { 2 };
         let drawn: Vec<Vec<(f64, Labels)>> = if is_map {
-            let saddles = args.labels.saddles.unwrap_or(0) as usize;
+            let saddles = args.saddles.unwrap_or(0) as usize;
             let seen = chosen(sites, &visible.sites, [most, saddles], &ground, true);
             vec![vec![(1.0, names::on_map(&sites.all, &seen, &ground))]]
         } else {
@@ -301,13 +293,20 @@ fn chosen(sites: &Sites, seen: &[Seen], most: [usize; 2], ground: &Ground<'_>, i
     names.into_iter().chain([summits, saddles].into_iter().zip(most).flat_map(weightiest)).collect()
 }
 
+impl RenderArgs {
+    /// Returns whether any option asks for labels.
+    pub(super) fn has_labels(&self) -> bool {
+        !self.labels.is_empty() || self.saddles.unwrap_or(0) > 0
+    }
+}
+
 impl Job<'_> {
     /// Finds the places that may have labels, if there are options for them.
     ///
     /// # Errors
     /// A tile cannot be read.
     pub(super) fn find_names(&mut self) -> anyhow::Result<()> {
-        if !self.args.labels.is_empty() {
+        if self.args.has_labels() {
             self.names = Some(Names::of(self)?);
         }
         Ok(())

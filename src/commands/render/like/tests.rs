@@ -150,6 +150,7 @@ fn drawn(args: &RenderArgs) -> String {
         credits,
         legend,
         labels,
+        saddles,
         frame,
         mesh_error: _,
         tile_memory: _,
@@ -173,7 +174,7 @@ fn drawn(args: &RenderArgs) -> String {
     let quality =
         format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
     let page = format!(
-        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {labels:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
+        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {labels:?} {saddles:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
         args.size()
     );
     format!("{world}\n{view}\n{quality}\n{page}")
