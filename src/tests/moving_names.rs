@@ -194,7 +194,7 @@ fn labels_of_a_flight_change_at_most_once_a_second() {
     };
     assert!(!spoiled(&|frames| frames[number].placed[0].bottom_px -= 17.0).is_empty());
     assert!(!spoiled(&|frames| frames[number].placed[0].offset_px -= 40.0).is_empty());
-    assert!(!spoiled(&|frames| drop(frames[number].placed.remove(0))).is_empty());
+    assert!(!spoiled(&|frames| _ = frames[number].placed.remove(0)).is_empty());
     let hidden = frames.iter().position(|frame| frame.clear_px[3].0 < HIDDEN_PX && !of_hidden(&frame)).unwrap();
     let label = frames.iter().flat_map(|frame| &frame.placed).find(|label| label.at.site == 3).unwrap();
     assert!(!spoiled(&|frames| frames[hidden].placed.push(label.clone())).is_empty());

@@ -72,6 +72,8 @@ pub(super) struct Labels {
     drawn_with: Option<(Typeface, f64, bool)>,
     /// The labels of the last frame: site, opacity, and position from the summit.
     last: Vec<(usize, [f64; 3])>,
+    /// Whether a label fades or moves.
+    moves: bool,
     letters: BTreeMap<usize, Letters>,
     settles_until: Instant,
 }
@@ -144,6 +146,7 @@ impl Labels {
             names: MovingNames::default(),
             drawn_with: None,
             last: Vec::new(),
+            moves: false,
             letters: BTreeMap::new(),
             settles_until: now,
         }
@@ -166,6 +169,7 @@ impl Labels {
 
     fn forget(&mut self) {
         (self.look, self.asked, self.looking) = (None, None, None);
+        self.moves = false;
         self.names = MovingNames::default();
         self.letters.clear();
         self.readback.queue.forget();
@@ -292,7 +296,7 @@ impl Labels {
 
     /// Returns whether labels may still fade or move without a new picture.
     pub(super) fn is_settling(&self, now: Instant) -> bool {
-        self.is_on && self.look.is_some() && now < self.settles_until
+        self.is_on && self.look.is_some() && (self.moves || now < self.settles_until)
     }
 
     /// Lays out the labels of a frame, and returns what is painted.
@@ -310,7 +314,9 @@ impl Labels {
         let placed = self.names.frame(frame.time_s, &sites, &visible, most, &frame.ground);
         let state = |label: &Placed| (label.at.site, [label.opacity, label.offset_px, label.bottom_px]);
         let last = std::mem::replace(&mut self.last, placed.iter().map(state).collect());
-        if last != self.last {
+        // However long a frame takes, a label that fades is painted until it has faded.
+        self.moves = last != self.last || placed.iter().any(|label| label.opacity < 1.0);
+        if self.moves {
             self.settles_until = Instant::now() + SETTLE;
         }
         let is_there = |site: &usize| placed.iter().any(|label| label.at.site == *site);

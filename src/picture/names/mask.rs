@@ -67,7 +67,7 @@ mod tests {
             let [width, height] = mask.size_px.map(|side| side as usize);
             let sum = |covered: &[f32]| covered.iter().sum::<f32>();
             assert!(sum(&mask.ink) > 30.0 && sum(&mask.halo) > 1.5 * sum(&mask.ink));
-            let edge = |i: usize| i % width == 0 || i % width == width - 1 || i / width == 0 || i / width == height - 1;
+            let edge = |i: usize| [0, width - 1].contains(&(i % width)) || [0, height - 1].contains(&(i / width));
             let cut = |covered: &[f32]| (0..covered.len()).filter(|i| edge(*i)).any(|i| covered[i] > 0.0);
             assert!(!cut(&mask.ink) && !cut(&mask.halo), "{px}");
             // Planted: the letters are higher, and the upper ends of accents are cut off.
