@@ -100,7 +100,8 @@ fn a_blank_picture_is_reported_once() {
     // Land in view that shows nothing: a slope of a third of a millimetre per metre.
     let heights: String = (0..3600).map(|i| format!("{:.2} ", 100.0 + 0.01 * f64::from(i % 60))).collect();
     place.file("flat.asc", &format!("ncols 60\nnrows 60\nxllcorner 0\nyllcorner 0\ncellsize 30\n{heights}"));
-    let lines = said(&place, &["render", "flat.asc", "-o", "a.png", "--size", "64x36", "--camera=0,0,+300,0,-90,40"]);
+    let flat = ["render", "flat.asc", "-o", "a.png", "--size", "64x36", "--camera=0,0,+300,0,-90,40"];
+    let lines = said(&place, &[&flat[..], &["--style", "suggestive"]].concat());
     assert!(lines.len() == 1 && lines[0].contains("nearly blank"), "{lines:?}");
 }
 
