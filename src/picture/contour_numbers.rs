@@ -74,9 +74,11 @@ fn numbered(style: &Style) -> Option<&HeightLines> {
 
 /// Returns whether a style draws shade as marks or lines, in which digits are hard to read.
 fn has_marks(style: &Style) -> bool {
-    let is_of_marks =
-        |layer: &Layer| matches!(layer, Layer::Hatching(_) | Layer::Rows(_) | Layer::Cuts(_) | Layer::ToneLines(_));
-    style.layers.iter().any(is_of_marks)
+    style.layers.iter().any(|layer| match layer {
+        Layer::Hatching(hatching) => hatching.share > 0.0,
+        Layer::Rows(_) | Layer::Cuts(_) | Layer::ToneLines(_) => true,
+        _ => false,
+    })
 }
 
 /// Places the numbers of a map; `None` if its style has none.
