@@ -196,7 +196,7 @@ fn a_title_is_drawn_again_by_like() {
     let unlike = (0..320 * 240).filter(|i| a.rgba[4 * i..4 * i + 4] != c.rgba[4 * i..4 * i + 4]).count();
     assert!(unlike > 5 && unlike < 400, "planted: another digit must change a few pixels, not {unlike}");
     // Without a title the imprint has the version that older programs can read.
-    program::draw(folder, "hill.asc --size 64x36 -o d.png");
+    program::draw(folder, "hill.asc --style strokes --size 64x36 -o d.png");
     assert!(imprint::read(&folder.join("d.png")).unwrap().starts_with("version = 1\n"));
 }
 

@@ -1,7 +1,7 @@
 // What images on the land say about each pixel: a hue with its strength, and a factor of the light.
 //
 // Images are in tiles on the grid of heights, in a quadtree. The level of a pixel is that of its footprint, a continuous
-// function of its distance alone, so nothing pops: two levels are mixed. A level whose tile is missing or fades in leaves
+// function of its distance and of the angle at which land is seen, so nothing pops: two levels are mixed. A level whose tile is missing or fades in leaves
 // its share to the next coarser one. On land that is seen at a grazing angle the footprint is long: several points along
 // it are read.
 #import hachure::view::{View, from_eye}

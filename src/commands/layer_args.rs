@@ -22,9 +22,10 @@ pub(crate) struct LayerArgs {
     /// the heights' projection (1000m or 1km)
     #[arg(long, value_name = "STEP", value_parser = Graticule::from_str)]
     pub graticule: Option<Graticule>,
-    /// Drape this image on the land: an orthophoto, a scanned map or another raster as GeoTIFF, PNG, WebP or JPEG, in any
-    /// reference system. It colours and darkens the tones, as `--set image.color=1` and `--set image.tone=0.3` say. May be
-    /// repeated: each image covers those before it, and those of the scene
+    /// Drape this image on the land: an orthophoto, a scanned map or another raster as GeoTIFF, PNG, JPEG or lossless WebP,
+    /// in any reference system. The style says how much it colours and darkens the tones (`image.color`, `image.tone`);
+    /// ink styles, also the default, show no colour unless you add `--set image.color=1`. May be repeated: each image
+    /// covers those before it, and those of the scene
     #[arg(long, value_name = "FILE")]
     pub drape: Vec<PathBuf>,
 }

@@ -1,5 +1,5 @@
 //! Chooses the tiles of a view: a tile is needed if a pixel that may be on it is not wider than two of its texels. The
-//! shader chooses levels by the same rule (`shaders/surface/draped_image.wgsl`), so what it wants is there.
+//! shader (`shaders/surface/draped_image.wgsl`) never wants a finer one, so what it wants is there.
 
 use glam::{DVec2, DVec3};
 

@@ -75,7 +75,10 @@ impl ImageLoader {
 
 impl Drop for ImageLoader {
     fn drop(&mut self) {
+        // A thread that has just found nothing to do holds this lock until it waits.
+        let queue = self.shared.queue.lock().unwrap_or_else(PoisonError::into_inner);
         self.shared.stops.store(true, Ordering::Relaxed);
+        drop(queue);
         self.shared.wakes.notify_all();
     }
 }

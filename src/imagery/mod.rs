@@ -6,7 +6,7 @@
 //!
 //! Images have a quadtree of tiles of their own, on the grid of the heights, so they may be much finer or coarser than
 //! these. A tile has 256 × 256 texels and two texels of border on each side. Texels of level 0 are a power of two of the
-//! samples of the heights, and at least as fine as those of the finest image.
+//! samples of the heights, and 0.84 to 1.68 times as fine as the pixels of the finest image.
 //!
 //! Why: `docs/decisions/draped-images.md`.
 
@@ -158,7 +158,8 @@ impl PlacedImage {
         let whole = [DVec2::splat(-0.5), DVec2::from_array(last)];
         if !image.is_located {
             tracing::warn!("{}: has no position, so it is stretched over the whole land", path.display());
-            let per_sample = f64::from(own.1[0]) / f64::from(samples[0]);
+            let [across, down] = [0, 1].map(|axis: usize| f64::from(own.1[axis]) / f64::from(samples[axis]));
+            let per_sample = across.max(down);
             return Ok(Self {
                 way: Alignment::stretched(dem, own.1),
                 image,

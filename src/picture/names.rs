@@ -77,6 +77,16 @@ pub(crate) enum SiteKind {
     Place,
 }
 
+impl SiteKind {
+    /// Returns half of the width of the symbol, in pixels of the style.
+    fn radius(self) -> f64 {
+        match self {
+            Self::Summit | Self::Place => SYMBOL,
+            Self::Saddle => SADDLE_GAP * SYMBOL,
+        }
+    }
+}
+
 /// The part of a picture that may have labels, and their inks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ground<'a> {
@@ -212,7 +222,7 @@ pub(crate) fn on_map(sites: &[Site], seen: &[Seen], ground: &Ground<'_>) -> Labe
         .zip(&lines)
         .map(|(at, line)| Point {
             at_px: at.px.to_array(),
-            radius_px: SYMBOL * px,
+            radius_px: sites[at.site].kind.radius() * px,
             size_px: [line.width() * height_px, height_px],
             weight: sites[at.site].weight,
         })

@@ -2,7 +2,7 @@
 //!
 //! A GeoTIFF may be grey, RGB, RGBA or a palette, with samples of any type; other bands are ignored. Samples of 8 bits,
 //! and of 16 bits that use at least a quarter of their range, are shades as they are; all others are stretched from the
-//! smallest to the largest value of the image. A PNG, WebP or JPEG is decoded as a whole and needs a world file, an
+//! smallest to the largest value in the middle of the smallest level. A PNG, WebP or JPEG is decoded as a whole and needs a world file, an
 //! `.aux.xml` or a `.toml` to have a position.
 //!
 //! Level 0 is the image itself. The next levels are the overviews of a GeoTIFF. If the smallest of these is still larger
@@ -146,7 +146,7 @@ impl ColorImage {
         half.resize(width as usize * height as usize, [0; 4]);
         // Bands of rows, each read at once.
         let band = 256_u32;
-        let bands: Vec<_> = half.chunks_mut((width * band) as usize).enumerate().collect();
+        let bands: Vec<_> = half.chunks_mut(width as usize * band as usize).enumerate().collect();
         bands.into_par_iter().try_for_each(|(number, out)| {
             let top = number as u32 * 2 * band;
             let window = Window { x: 0, y: top, width: columns, height: (2 * band).min(rows - top) };

@@ -191,7 +191,11 @@ impl Labels {
         self.sites = None;
         self.forget();
         self.looked = 0;
-        let places = if self.world.as_deref() == world { self.options.places.clone() } else { Vec::new() };
+        let is_of_places = self.world.as_deref() == world;
+        let places = if is_of_places { self.options.places.clone() } else { Vec::new() };
+        if !is_of_places && self.options.peaks.is_none() {
+            self.options.peaks = Some(PEAKS);
+        }
         let (ground, store, wide_m) = (terrain.ground_heights(), Arc::clone(store), terrain.extent_m()[0]);
         let find = move || {
             let ground_m = |at: DVec2| ground.height_m(at.x, at.y);

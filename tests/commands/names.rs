@@ -197,7 +197,7 @@ fn both_eyes_of_a_picture_have_labels() {
     let bare = draw(&["-o", "bare.png", "--eyes", "side-by-side"]);
     let rows = [0, 1].map(|eye| differing(&half(&both, eye), &half(&bare, eye)).0);
     assert!(!rows[0].is_empty() && rows[0] == rows[1], "{rows:?}");
-    // An eye alone has the picture of the pair, also in a film.
+    // The left eye alone has the picture that the pair has.
     assert!(draw(&["-o", "left.png", "--eyes", "left", "--peaks", "6"]) == half(&both, 0));
     let mixed = draw(&["-o", "mixed.png", "--eyes", "anaglyph", "--peaks", "6"]);
     assert!(differing(&mixed, &draw(&["-o", "plain.png", "--eyes", "anaglyph"])).1 > 20);

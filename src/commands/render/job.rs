@@ -458,7 +458,7 @@ impl Job<'_> {
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
         let [width, height] = self.args.size().map(|side| side as usize);
-        // An error ends the drawing.
+        // Taken, because labels borrow the job below. After an error the run ends, so it need not come back.
         let (drawing, mut drawn_rows) = (std::mem::take(&mut self.drawing), 0);
         let area = legend::drawn_area(&self.style.paper, self.args.size());
         let mut take = |mut bands: Vec<Band>| {

@@ -1,4 +1,4 @@
-//! `render --peaks` and `--names`: labels of summits and places.
+//! `render --peaks`, `--saddles` and `--names`: labels of summits, saddles and places.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
