@@ -11,8 +11,21 @@ struct Point {
     chain: u32,
     // Kind of the edge that begins here.
     kind: u32,
-    // 1: an end of a chain at which another line goes on, so that the pen is not lifted (budget.wgsl).
-    is_met: u32,
+    // At the ends of a chain: IS_MET if another line goes on there, so that the pen is not lifted, and at the first one how
+    // much the line is a fold of a slope, from bit 8 on (budget.wgsl).
+    end: u32,
+}
+
+const IS_MET: u32 = 1u;
+const FOLD_SHIFT: u32 = 8u;
+
+fn is_met_at(end: Point) -> bool {
+    return (end.end & IS_MET) != 0u;
+}
+
+// Returns how much the chain that begins at this point is a fold of a slope: 0 to 1.
+fn fold_of(first: Point) -> f32 {
+    return f32(first.end >> FOLD_SHIFT) / 255.0;
 }
 
 struct Strokes {

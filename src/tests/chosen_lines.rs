@@ -251,6 +251,35 @@ fn slopes_have_no_litter() {
     assert!(kept <= 0.03 && planted > 0.06, "{kept} {planted}");
 }
 
+/// A slope that rises away from the camera, with a mound across it: its height, and its length along the picture.
+fn mound(up_m: f64, long_m: f64) -> Option<World> {
+    let height_m = move |x_m: f64, y_m: f64| {
+        let across_m = y_m - 0.3 * x_m;
+        0.2 * y_m + up_m * (-(across_m / 25.0).powi(2) - (x_m / long_m).powi(2)).exp()
+    };
+    World::new(grid_of(401, 401, 10.0, height_m), 1.0)
+}
+
+/// Tests that an outline with two free ends which hides little is a faint line: a fold of the slope. One that hides much,
+/// and one that runs across the whole sheet, are broader (planted).
+#[test]
+fn folds_of_a_slope_are_faint() {
+    let style = ink(|strokes| (strokes.depth_width, strokes.slender, strokes.shortest_px) = (0.0, 0.0, 40.0));
+    let widest_px = |up_m: f64, long_m: f64| {
+        let mut world = mound(up_m, long_m)?;
+        let drawn = drawn(&mut world, "0,-900,+80,0,-2,40", &style);
+        let on_mound = |sample: &&Sample| (700.0..1100.0).contains(&sample.depth_m);
+        Some(drawn.samples.iter().filter(on_mound).map(|it| 2.0 * it.half_width_px).fold(0.0, f32::max))
+    };
+    let Some(fold_px) = widest_px(18.0, 150.0) else { return };
+    let [hill_px, ridge_px] = [widest_px(60.0, 150.0), widest_px(18.0, 1e5)].map(Option::unwrap);
+    println!("fold {fold_px} px, hill {hill_px} px, ridge {ridge_px} px");
+    let strokes = style.strokes().unwrap();
+    let interior_px = strokes.width_px * strokes.interior_width;
+    assert!(fold_px > 0.0 && fold_px <= 0.8 * interior_px, "{fold_px} of {interior_px}");
+    assert!(hill_px > 1.2 * interior_px && ridge_px > 1.1 * interior_px, "planted: {hill_px} {ridge_px}");
+}
+
 /// Largest angle between strokes that count as parallel.
 const PARALLEL_DEG: f32 = 30.0;
 

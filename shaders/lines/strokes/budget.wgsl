@@ -10,10 +10,13 @@
 // there it goes behind that line, or both are parts of one outline that were not joined, and two tapers would be a gap. An
 // edge to the side of the stroke's continuation, within the distance in which parallel lines are merged, has taken the
 // stroke's place.
+//
+// A line that ends on a slope at both ends, and hides little, is a fold of that slope, as the edge of a moraine. It is
+// drawn as a line within the slope even where it hides some land (samples.wgsl).
 #import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
-#import hachure::stroke_style::Point
-#import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, step_behind}
+#import hachure::stroke_style::{FOLD_SHIFT, IS_MET, Point}
+#import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, hidden_behind, step_behind}
 #import hachure::edges::KIND_SUGGESTIVE
 
 // samples.wgsl resets them to 0.
@@ -30,6 +33,8 @@
 const PLACES: u32 = 8u;
 const ALONE: f32 = 2.0;
 const SKYLINE_PX: f32 = 2.0;
+// Mean steps in depth along a line with two free ends, between which it stops being a fold of a slope.
+const FOLD_STEPS: vec2<f32> = vec2<f32>(0.3, 0.6);
 // Distances ahead of an end between which another line meets it; nearer pixels may be the stroke's own. And the length of
 // stroke that tells what is ahead.
 const OWN_PX: f32 = 1.5;
@@ -100,6 +105,22 @@ fn is_long_enough(number: u32, length_px: f32) -> bool {
     return length_px >= max(strokes.shortest_px, select(0.0, interior_px, steps < 0.5 * f32(places)));
 }
 
+// Returns how much a line is a fold of a slope: 0 to 1.
+fn fold(number: u32) -> f32 {
+    let chain = chains[number];
+    let first = chain.first + number;
+    let places = min(chain.count, PLACES);
+    var steps = 0.0;
+    for (var i = 0u; i < places; i++) {
+        let at = first + (2u * i + 1u) * chain.count / (2u * places);
+        let a = points[at].px;
+        let b = points[at + 1u].px;
+        let along = (b - a) / max(distance(a, b), 1e-6);
+        steps += hidden_behind(depth, 0.5 * (a + b), vec2<f32>(along.y, -along.x));
+    }
+    return 1.0 - smoothstep(FOLD_STEPS.x, FOLD_STEPS.y, steps / f32(places));
+}
+
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x == 0u {
@@ -116,8 +137,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let chain = chains[id.x];
         let first = chain.first + id.x;
         if chain.is_closed == 0u {
-            points[first].is_met = is_met(first, 1, chain.count);
-            points[first + chain.count].is_met = is_met(first + chain.count, -1, chain.count);
+            let last = first + chain.count;
+            let met = vec2<u32>(is_met(first, 1, chain.count), is_met(last, -1, chain.count));
+            let folded = select(0.0, fold(id.x), all(met == vec2<u32>(0u)));
+            points[first].end = met.x * IS_MET | u32(round(255.0 * folded)) << FOLD_SHIFT;
+            points[last].end = met.y * IS_MET;
         }
     }
     sizes[id.x] = size;

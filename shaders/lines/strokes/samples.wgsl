@@ -6,7 +6,7 @@
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
 #import hachure::edges::{KIND_BORDER, KIND_SUGGESTIVE, KIND_RIDGE, KIND_VALLEY}
-#import hachure::stroke_style::{Point, Strokes}
+#import hachure::stroke_style::{Point, Strokes, fold_of, is_met_at}
 #import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, hidden_behind}
 #import hachure::stroke_samples::{CLASSES, Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
@@ -39,6 +39,8 @@ const HIDES: vec2<f32> = vec2<f32>(0.12, 0.24);
 // Number of places to either side whose steps a sample's rank takes into account, and their distance: 8 px.
 const RANK_PLACES: f32 = 3.0;
 const RANK_UNITS: f32 = 128.0;
+// Width of folds of a slope, relative to lines within it.
+const FOLD_WIDTH: f32 = 0.7;
 // How much longer tapers are where a line hides nothing.
 const LONG_TAPER: f32 = 4.0;
 // Distance from an end that does not exist.
@@ -176,7 +178,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let from_ends_px = select(vec2<f32>(at_units, length_units - at_units) / UNITS_PER_PX, vec2<f32>(FAR_PX), is_off);
     let from_end_px = min(from_ends_px.x, from_ends_px.y);
     // The pen is not lifted where another line goes on.
-    let is_met = vec2<bool>(points[first].is_met == 1u, points[last].is_met == 1u);
+    let is_met = vec2<bool>(is_met_at(points[first]), is_met_at(points[last]));
     let from_lifts_px = select(from_ends_px, vec2<f32>(FAR_PX), is_met);
     let from_lift_px = min(from_lifts_px.x, from_lifts_px.y);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
@@ -191,6 +193,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // outlines that close gaps of it have the kind of contours.
         let from_above = smoothstep(FROM_ABOVE.x, FROM_ABOVE.y, -normalize(ray_at(view, at.px)).z);
         ranked = rank_around(first, last, at_units, length_units, at.kind == KIND_BORDER, 1.0 - from_above);
+        // A fold of a slope is the faintest line within it, unless both ends are off the sheet.
+        let folded = select(fold_of(points[first]), 0.0, all(is_off) || is_closed);
+        let fold_width = min(ranked.width, FOLD_WIDTH * strokes.interior_width);
+        ranked = Rank(mix(ranked.width, fold_width, folded), ranked.hiding * (1.0 - folded));
     }
     // A line that hides little is not broader for being near, and ends in long tapers: it fades into the slope. A stroke
     // that is shorter than its tapers tapers faster.
