@@ -34,7 +34,7 @@ const PLACES: u32 = 8u;
 const ALONE: f32 = 2.0;
 const SKYLINE_PX: f32 = 2.0;
 // Mean steps in depth along a line with two free ends, between which it stops being a fold of a slope.
-const FOLD_STEPS: vec2<f32> = vec2<f32>(0.3, 0.6);
+const FOLD_STEPS: vec2<f32> = vec2<f32>(0.15, 0.3);
 // Distances ahead of an end between which another line meets it; nearer pixels may be the stroke's own. And the length of
 // stroke that tells what is ahead.
 const OWN_PX: f32 = 1.5;

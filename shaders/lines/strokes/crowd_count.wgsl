@@ -5,7 +5,7 @@
 // has a rank above 1: 2 where there is only sky behind the samples around it. It is counted, and never left out.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, cell_at, bin_of, capped, BINS, CELL_WORDS, UNITS}
-#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, NEIGHBOURS}
+#import hachure::stroke_samples::{LEAST_HALF_WIDTH_PX, Sample, SampleCounts, FIRST, LAST, NEIGHBOURS}
 
 // The view without jitter; the depth is jittered.
 @group(0) @binding(0) var<uniform> view: View;
@@ -61,7 +61,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (own.flags & LAST) != 0u || any(own.px < vec2<f32>(0.0)) || any(own.px >= vec2<f32>(view.size_px)) {
         return;
     }
-    let wide_px = min(2.0 * own.half_width_px * own.pressure * capped(crowd, own.depth_m), 1e3);
+    let wide_px = min(2.0 * max(own.half_width_px, LEAST_HALF_WIDTH_PX) * own.pressure * capped(crowd, own.depth_m), 1e3);
     let ink_px = distance(own.px, samples[id.x + 1u].px) * wide_px;
     let cell = vec2<u32>(cell_at(view, crowd, own.px));
     let first = (cell.y * crowd.cells.x + cell.x) * CELL_WORDS;

@@ -196,7 +196,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // A fold of a slope is the faintest line within it, unless both ends are off the sheet.
         let folded = select(fold_of(points[first]), 0.0, all(is_off) || is_closed);
         let fold_width = min(ranked.width, FOLD_WIDTH * strokes.interior_width);
-        ranked = Rank(mix(ranked.width, fold_width, folded), ranked.hiding * (1.0 - folded));
+        ranked.width = mix(ranked.width, fold_width, folded);
     }
     // A line that hides little is not broader for being near, and ends in long tapers: it fades into the slope. A stroke
     // that is shorter than its tapers tapers faster.

@@ -9,7 +9,7 @@
 #import hachure::focus::{Focus, in_focus, focus_width}
 #import hachure::stroke_style::Strokes
 #import hachure::brush::{Brush, brush_uv, brush_ink}
-#import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED, RUNS_OFF}
+#import hachure::stroke_samples::{LEAST_HALF_WIDTH_PX, Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED, RUNS_OFF}
 
 // 0: strokes of this frame; 1: fading strokes.
 @group(0) @binding(0) var<uniform> stage: u32;
@@ -157,7 +157,7 @@ struct Touched {
 fn touched(in: Vertex) -> Touched {
     let place_m = place_at(view, in.clip.xy, in.depth_m);
     let seen = in_focus(focus, view, place_m, in.clip.xy + vec2<f32>(view.origin_px));
-    let half_width = max(focus_width(seen) * in.half_width_px * mix(0.35, 1.0, sqrt(clamp(in.pressure, 0.0, 1.0))), 0.4);
+    let half_width = max(focus_width(seen) * in.half_width_px * mix(0.35, 1.0, sqrt(clamp(in.pressure, 0.0, 1.0))), LEAST_HALF_WIDTH_PX);
     let beyond_px = max(max(in.beyond_px.x, in.beyond_px.y), 0.0);
     let distance_px = length(vec2<f32>(in.across_px, beyond_px));
     let covered = clamp(in.shown_px + 0.5, 0.0, 1.0) * clamp(half_width - distance_px + 0.5, 0.0, 1.0);
