@@ -1,5 +1,8 @@
 //! PDF: the paths of a drawing on one page, in layers that viewers can switch off, as in an SVG of the same drawing.
 //!
+//! As in an SVG, letters are outlines with the same words as invisible text over them. Its font is Courier, one of those
+//! that every reader has, since invisible text needs no glyphs; `ActualText` has the characters.
+//!
 //! A unit of the page is a point, 1/72 inch, from the lower left corner. A layer is an optional content group. The
 //! imprint is a stream of its own, uncompressed, so that it is found without a PDF reader.
 
@@ -11,14 +14,14 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use kurbo::{Affine, PathEl, Point};
-use pdf_writer::types::{LineCapStyle, LineJoinStyle};
+use pdf_writer::types::{LineCapStyle, LineJoinStyle, TextRenderingMode};
 use pdf_writer::writers::ExtGraphicsState;
 use pdf_writer::{Content, Finish, Name, Pdf, Rect, Ref, TextStr};
 
 use super::FileError;
 use super::atomic::AtomicFile;
 use super::input::open_regular;
-use super::svg::{Drawing, Layer, Unit};
+use super::svg::{CAPITALS, Drawing, Layer, Text, Unit};
 
 /// Points per millimetre, and per pixel at 96 dots per inch.
 const POINTS_PER_MM: f64 = 72.0 / 25.4;
@@ -34,6 +37,9 @@ const PIECE_BYTES: u64 = 1 << 20;
 const DICTIONARY_BYTES: u64 = 256;
 /// Largest file that is searched for an imprint.
 const LARGEST_FILE_BYTES: u64 = 1 << 30;
+/// Name of the font of the invisible text, and the width of each of its glyphs as a part of its size.
+const FONT: Name<'static> = Name(b"F");
+const GLYPH_WIDTH: f64 = 0.6;
 /// Steps of opacity: a graphics state for each.
 const OPACITY_STEPS: f64 = 1000.0;
 
@@ -82,7 +88,7 @@ struct Page<'a> {
 impl Page<'_> {
     fn document(&self, imprint: Option<&str>) -> std::io::Result<Vec<u8>> {
         let mut next = Ref::new(1);
-        let [catalog, pages, page, contents, info] = std::array::from_fn(|_| next.bump());
+        let [catalog, pages, page, contents, info, font] = std::array::from_fn(|_| next.bump());
         let groups: Vec<Ref> = self.drawing.layers.iter().map(|_| next.bump()).collect();
         let (content, opacities) = self.content();
         let packed = deflated(&content)?;
@@ -109,6 +115,7 @@ impl Page<'_> {
                 state.stroking_alpha((f64::from(step) / OPACITY_STEPS) as f32);
             }
             states.finish();
+            resources.fonts().pair(FONT, font);
             let mut layers = resources.insert(Name(b"Properties")).dict();
             for (number, group) in groups.iter().enumerate() {
                 layers.pair(Name(layer_name(number).as_bytes()), *group);
@@ -118,6 +125,7 @@ impl Page<'_> {
             let mut own = pdf.indirect(*group).dict();
             own.pair(Name(b"Type"), Name(b"OCG")).pair(Name(b"Name"), TextStr(&layer.label));
         }
+        pdf.type1_font(font).base_font(Name(b"Courier")).encoding_predefined(Name(b"WinAnsiEncoding"));
         pdf.stream(contents, &packed).filter(pdf_writer::Filter::FlateDecode);
         pdf.document_info(info)
             .title(TextStr(&self.drawing.title))
@@ -166,7 +174,24 @@ impl Page<'_> {
             draw(content, place * fill);
             content.fill_nonzero();
         }
+        for text in layer.texts.iter().filter(|text| text.is_drawn()) {
+            invisible(content, &text.placed(place));
+        }
     }
+}
+
+/// Adds words that a reader finds and copies, and does not show. `text` is in points.
+fn invisible(content: &mut Content, text: &Text) {
+    // One character for each of the words; those outside of ASCII are known by `ActualText` alone.
+    let shown: Vec<u8> = text.words.chars().map(|it| if it.is_ascii_graphic() { it as u8 } else { b' ' }).collect();
+    let size = text.height / CAPITALS;
+    let stretch = text.along.hypot() / (GLYPH_WIDTH * size * shown.len().max(1) as f64);
+    let [x, y] = [text.along.x, text.along.y].map(|part| (part / text.along.hypot()) as f32);
+    content.begin_marked_content_with_properties(Name(b"Span")).properties().actual_text(TextStr(&text.words));
+    content.begin_text().set_font(FONT, size as f32).set_text_rendering_mode(TextRenderingMode::Invisible);
+    content.set_horizontal_scaling((100.0 * stretch) as f32);
+    content.set_text_matrix([x, y, -y, x, text.begin.x as f32, text.begin.y as f32]);
+    content.show(pdf_writer::Str(&shown)).end_text().end_marked_content();
 }
 
 fn draw(content: &mut Content, path: kurbo::BezPath) {
@@ -289,6 +314,7 @@ mod tests {
             pen: None,
             strokes,
             fills: Vec::new(),
+            texts: Vec::new(),
         };
         let layers = vec![
             layer("a", "Höhen", vec![stroke("M0,0 L10,0", 1.0, None), stroke("M0,0 C1,2 3,4 5,6", 0.5, None)]),
@@ -334,6 +360,29 @@ mod tests {
         let wanted = [raised.p1.x, raised.p1.y, raised.p2.x, raised.p2.y, 72.0, 360.0];
         assert!(numbers.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3), "{cubic}");
         assert_eq!(imprint(&path, 1000).unwrap().as_deref(), Some("style = \"ü\"\n"));
+        // Words are invisible, as wide as their letters, and have all characters.
+        let mut named = drawing(Unit::Mm);
+        let along = kurbo::Vec2::new(0.0, -30.0);
+        named.layers[0].texts =
+            vec![Text { words: "Höhe 12".to_owned(), begin: Point::new(25.4, 50.8), along, height: 7.0 }];
+        let words = folder.path().join("words.pdf");
+        write_pdf(&words, &named, None).unwrap();
+        let page = content(&std::fs::read(&words).unwrap());
+        let lines: Vec<&str> = page.lines().collect();
+        assert!(
+            lines.contains(&"3 Tr")
+                && lines.iter().any(|line| line.starts_with("/Span") && line.contains("ActualText"))
+        );
+        assert!(lines.contains(&"(H he 12) Tj"), "{page}");
+        let of = |end: &str| -> Vec<f64> {
+            let line = lines.iter().find(|line| line.ends_with(end)).unwrap();
+            line.split(' ').filter_map(|word| word.parse().ok()).collect()
+        };
+        let matrix = of(" Tm");
+        assert!(matrix.iter().zip([0.0, 1.0, -1.0, 0.0, 72.0, 216.0]).all(|(a, b)| (a - b).abs() < 1e-3), "{matrix:?}");
+        let long_mm = 7.0 * GLYPH_WIDTH * of(" Tf")[0] * of(" Tz")[0] / 100.0 / POINTS_PER_MM;
+        assert!((long_mm - 30.0).abs() < 1e-3, "{long_mm}");
+        assert!(!content(&bytes).contains("Tr"), "planted: no words");
         // Neither a title nor the imprint itself confuses the search.
         let confusing = Drawing { title: "/Type /HachureImprint".to_owned(), ..drawing(Unit::Mm) };
         let own = "a\nendstream\nb /Type /Hachure";

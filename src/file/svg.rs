@@ -4,15 +4,21 @@
 //! A layer is a `<g>` with an `id` and the attributes by which Inkscape recognises layers; plotter programs read these
 //! too. Coordinates are absolute and no path is transformed, so that a unit of the file is a unit of the page in every
 //! program. There is no background: the page is the paper.
+//!
+//! Letters are drawn as outlines, which look the same without any font. Transparent text of the same words lies over
+//! them, so that they are found, selected, copied and read aloud.
 
 use std::io::Write;
 use std::path::Path;
 
-use kurbo::{BezPath, PathEl, Point};
+use kurbo::{Affine, BezPath, PathEl, Point, Vec2};
 
 use super::FileError;
 use super::atomic::AtomicFile;
 use super::imprint::{self, KEY};
+
+/// Height of capitals of usual fonts, as a part of their size.
+pub(super) const CAPITALS: f64 = 0.7;
 
 /// The unit of the file's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +75,36 @@ pub struct Layer {
     pub strokes: Vec<Stroke>,
     /// Areas in the colour of the layer: inside is where the path winds around a point.
     pub fills: Vec<BezPath>,
+    /// The words whose letters are among the strokes and areas.
+    pub texts: Vec<Text>,
+}
+
+/// Words that a drawing shows, on a straight baseline.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Text {
+    pub words: String,
+    /// The left end of the baseline.
+    pub begin: Point,
+    /// From there to the right end.
+    pub along: Vec2,
+    /// Height of capitals, in the unit of the positions.
+    pub height: f64,
+}
+
+impl Text {
+    /// Moves the text by a similarity.
+    pub(crate) fn placed(&self, place: Affine) -> Self {
+        let begin = place * self.begin;
+        let along = place * (self.begin + self.along) - begin;
+        let factor = along.hypot() / self.along.hypot();
+        Self { words: self.words.clone(), begin, along, height: factor * self.height }
+    }
+
+    /// Returns whether it has a place and a size.
+    pub(super) fn is_drawn(&self) -> bool {
+        let is_finite = self.begin.is_finite() && self.along.is_finite() && self.height.is_finite();
+        is_finite && self.height > 0.0 && self.along.hypot() > 0.0
+    }
 }
 
 /// A path with a width.
@@ -143,6 +179,16 @@ fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std:
         for fill in &layer.fills {
             let data = path_data(fill, drawing.digits);
             writeln!(out, "<path fill=\"{}\" stroke=\"none\" d=\"{data}\"/>", escaped(ink))?;
+        }
+        for text in layer.texts.iter().filter(|text| text.is_drawn()) {
+            let [x, y, length] = [text.begin.x, text.begin.y, text.along.hypot()].map(number);
+            write!(out, "<text x=\"{x}\" y=\"{y}\" textLength=\"{length}\" lengthAdjust=\"spacingAndGlyphs\"")?;
+            write!(out, " font-family=\"sans-serif\" font-size=\"{}\"", number(text.height / CAPITALS))?;
+            let turn = self::number(text.along.atan2().to_degrees(), 3);
+            if turn != "0" {
+                write!(out, " transform=\"rotate({turn} {x} {y})\"")?;
+            }
+            writeln!(out, " fill=\"#000\" fill-opacity=\"0\" stroke=\"none\">{}</text>", escaped(&text.words))?;
         }
         writeln!(out, "</g>")?;
     }

@@ -9,7 +9,7 @@ use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::{curvature, drainage, draped, rims, smooth, threshold};
-use crate::style::layers::{Channels, Fading, HEIGHT_LINES};
+use crate::style::layers::{Channels, Fading, HEIGHT_LINES, LandOfPass};
 use crate::style::{Drainage, Features, Layer, Lines, Style, StyleInk};
 
 /// The resources that the pass of a layer may bind.
@@ -34,7 +34,8 @@ pub(super) fn draw(
     at_eye: &EyeInputs<'_>,
     targets: &mut Targets,
 ) -> Option<Target> {
-    let pass = layer.behaviour().pass(inputs.rig.origin_m, inputs.world.exaggeration())?;
+    let (exaggeration, sea_level_m) = (inputs.world.exaggeration(), inputs.world.sea_level_m());
+    let pass = layer.behaviour().pass(LandOfPass { origin_m: inputs.rig.origin_m, exaggeration, sea_level_m })?;
     let ink = targets.numbered(recorder.gpu(), pass.ink, number);
     let mut resources: Vec<Named> = vec![
         ("view", at_eye.view.clone()),

@@ -16,11 +16,12 @@ use std::sync::LazyLock;
 
 use fontdb::ID;
 use glam::DVec2;
-use kurbo::{Affine, BezPath};
+use kurbo::{Affine, BezPath, Point, Vec2};
 use unicode_bidi::{BidiClass, BidiInfo, bidi_class};
 
 use self::area::Area;
 use self::fonts::{Fonts, Own, is_thin};
+use crate::file::svg::Text;
 use crate::style::Typeface;
 
 /// Height of capitals, in the units of the table.
@@ -257,6 +258,13 @@ impl Line {
             (!outlines.is_empty()).then(|| Area::new(place * outlines.clone(), HATCHING * height))
         };
         self.places(at, height).filter_map(of).collect()
+    }
+
+    /// Returns the words of the line as its letters show them at `at`, the left end of the baseline; `None` if it is empty.
+    pub(crate) fn words(&self, at: DVec2, height: f64) -> Option<Text> {
+        let along = Vec2::new(self.width() * height, 0.0);
+        let text = Text { words: self.text.clone(), begin: Point::new(at.x, at.y), along, height };
+        (!self.text.is_empty()).then_some(text)
     }
 
     /// Returns the start of each letter and its width, from left to right, in heights of capitals.

@@ -285,3 +285,55 @@ fn is_cancelled_and_passes_errors_on() {
     assert_eq!(peaks(&mut Failing(land.clone(), 1), &rules, &mut |_| true), Err(10));
     assert!(peaks(&mut Failing(land, 16), &rules, &mut |_| true).is_err());
 }
+
+/// Files of real heights, of many sources and kinds of land.
+const REAL: [&str; 20] = [
+    "dem/geotiff/N46E008_alps.tif",
+    "dem/geotiff/N49W123.tif",
+    "dem/asc/spearfish_dem.asc",
+    "dem/geotiff/N49W124.tif",
+    "dem/geotiff/craterlake-elev-16bit-30m.tif",
+    "dem/geotiff/dem_south_pole.tif",
+    "dem/geotiff/ds_los_angeles_tile_0.tif",
+    "dem/geotiff/elev_vinschgau.tif",
+    "dem/geotiff/etopo1_1deg.tif",
+    "dem/geotiff/gt_diffproj_sfdem.tif",
+    "dem/geotiff/mt_everest_90m.tif",
+    "dem/geotiff/mt_rainier_90m.tif",
+    "dem/geotiff/riorgbify_elev.tif",
+    "dem/geotiff/whitebox_DEM.tif",
+    "dem/geotiff/zh_dem_25.tif",
+    "dem/asc/095b_dem_90m.asc",
+    "dem/asc/ll_SRTMGL3_front_range.asc",
+    "dem/hgt/N42E001.hgt",
+    "dem/usgsdem/SainteHelens.dem",
+    "dem/dted/n43.dt0",
+];
+
+/// Compares the middle of real DEMs, with their voids and the steps of whole metres, with floods: of all files in the long
+/// tier. Planted: a sample in the middle that is higher than all others.
+#[test]
+fn equals_floods_on_real_land() {
+    let (files, side) = if crate::tests::common::full() { (REAL.len(), 240) } else { (3, 90) };
+    let mut count = 0;
+    for name in &REAL[..files] {
+        let Some(path) = crate::tests::common::real_data(name) else { continue };
+        let reader = crate::source::open_reader(&path).unwrap();
+        let grid = crate::source::read_all(&*reader, &path, &crate::source::Silent).unwrap();
+        let [width, height] = [grid.width as usize, grid.height as usize];
+        let size = [width.min(side), height.min(side)];
+        let [left, top] = [(width - size[0]) / 2, (height - size[1]) / 2];
+        let rows = (top..top + size[1]).map(|row| &grid.heights_m[row * width + left..][..size[0]]);
+        let land = Land { size, heights_m: rows.flatten().copied().collect() };
+        let rules = Rules { tile: 64, block: 16, has_open_gaps: true, ..Rules::new(PLANE) };
+        let expected = expected(&land, &rules);
+        let difference_of = |land: &Land| difference(&found(land, &rules), &expected);
+        assert!(difference_of(&land).is_none(), "{name}: {}", difference_of(&land).unwrap());
+        println!("{name}: {} summits of {} × {} samples are equal", expected.len(), size[0], size[1]);
+        let mut planted = land.clone();
+        planted.heights_m[(size[1] / 2) * size[0] + size[0] / 2] = 9000.0;
+        assert!(difference_of(&planted).is_some(), "{name}: planted");
+        count += expected.len();
+    }
+    println!("{count} summits");
+}

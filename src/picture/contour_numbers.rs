@@ -19,6 +19,7 @@ use super::legend::drawn_area;
 use super::names::{HALO, halo};
 use super::title::{Block, pen_px};
 use crate::drainage::Land;
+use crate::file::svg::Text;
 use crate::frame::LineGap;
 use crate::labels::numbers::{Contour, Number, Page, Rules, metres, place};
 use crate::lettering::Line;
@@ -26,7 +27,7 @@ use crate::lettering::ink::PenStroke;
 use crate::pyramid::PyramidError;
 use crate::scene::map::Map;
 use crate::style::layers::LINES_PER_INDEX;
-use crate::style::{Color, HeightLines, Layer, Style, Typeface};
+use crate::style::{Color, HeightLines, HeightsOf, Layer, Style, Typeface};
 use crate::world::Surfaces;
 
 /// Lines whose distance is smaller than this many times their width, but at least pixels, fade out, and so do lines whose
@@ -67,7 +68,10 @@ pub(crate) struct Numbers {
 /// Returns the layer whose lines have numbers, if there is one.
 fn numbered(style: &Style) -> Option<&HeightLines> {
     style.layers.iter().find_map(|layer| match layer {
-        Layer::HeightLines(lines) => Some(lines).filter(|lines| lines.number_px > 0.0 && lines.interval_m > 0.0),
+        Layer::HeightLines(lines) => {
+            let is_numbered = lines.of == HeightsOf::Land && lines.number_px > 0.0 && lines.interval_m > 0.0;
+            is_numbered.then_some(lines)
+        }
         _ => None,
     })
 }
@@ -159,6 +163,13 @@ impl Numbers {
             let width_px = pen_px(height_px, self.px);
             block.strokes.extend(strokes.into_iter().map(|points| PenStroke { points, width_px }));
             block.areas.extend(areas);
+            // The words are straight, along the chord of the letters.
+            let line = self.line(number);
+            let width_px = height_px * line.width();
+            let [begin, end] = [0.0, width_px].map(|from_px| number.letter(from_px, 0.0).left_px);
+            let along = kurbo::Vec2::new(end.x - begin.x, end.y - begin.y);
+            let text = line.words(begin, height_px).map(|text| Text { along, ..text });
+            block.texts.extend(text);
         }
         block
     }

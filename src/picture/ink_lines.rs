@@ -214,6 +214,7 @@ fn group(style_ink: &StyleInk, part: Option<usize>, label: String, lines: Vec<Po
         kind: GroupKind::Ink(InkKind::Mark),
         lines,
         fills: Vec::new(),
+        texts: Vec::new(),
     }
 }
 

@@ -17,7 +17,7 @@ use crate::lettering::area::Area;
 use crate::lettering::ink::PenStroke;
 use crate::lines::strokes::polylines::Polyline;
 use crate::style::layers::LINES_PER_INDEX;
-use crate::style::{Color, DrainageLines, Layer, Paper, Style, Typeface, Water};
+use crate::style::{Color, DrainageLines, HeightsOf, Layer, Paper, Style, Typeface, Water};
 use crate::surface::id::Kind;
 use crate::vector::Group;
 
@@ -123,7 +123,8 @@ fn entries(style: &Style, longest_m: Option<f32>) -> Vec<Entry> {
                     _ => format!("{name} every {every_m} m"),
                 };
                 let sample = Sample::Line { ink, from_px: thin, to_px: thin, beside_px: thin };
-                add(words("Contour lines", interval_m), sample, seen);
+                let name = if lines.of == HeightsOf::Sea { "Depth contours" } else { "Contour lines" };
+                add(words(name, interval_m), sample, seen);
                 if wide > thin {
                     let every_m = LINES_PER_INDEX as f32 * interval_m;
                     let sample = Sample::Line { ink, from_px: wide, to_px: wide, beside_px: thin };
@@ -315,6 +316,7 @@ impl Legend {
                     .strokes
                     .extend(line.strokes(begin, height).into_iter().map(|points| PenStroke { points, width_px }));
                 names.areas.extend(line.areas(begin, height));
+                names.texts.extend(line.words(begin, height));
             }
         }
         blocks.push(names);

@@ -9,6 +9,7 @@ use glam::DVec2;
 use kurbo::Affine;
 
 use super::title::{PEN, grouped};
+use crate::file::svg::Text;
 use crate::lettering::Line;
 use crate::lettering::area::Area;
 use crate::lettering::ink::PenStroke;
@@ -75,6 +76,8 @@ pub(crate) struct MapFrame {
     pub strokes: Vec<PenStroke>,
     /// Letters of fonts, in pixels of the picture.
     pub areas: Vec<Area>,
+    /// The words of the labels, in pixels of the picture.
+    pub texts: Vec<Text>,
     /// The number of coordinates that are stated.
     pub labels: usize,
 }
@@ -124,10 +127,11 @@ pub(crate) fn map_frame(
         for crossing in crossings(values, step, kind, axis) {
             let at = from.lerp(to, crossing.at);
             frame.strokes.push(PenStroke::line(at, at + inward * TICK[0] * px, TICK[1] * px));
-            let (strokes, areas) = label(&crossing.label, at, inward, [low, high], paper, px);
+            let (strokes, areas, text) = label(&crossing.label, at, inward, [low, high], paper, px);
             frame.labels += usize::from(!strokes.is_empty() || !areas.is_empty());
             frame.strokes.extend(strokes);
             frame.areas.extend(areas);
+            frame.texts.extend(text);
         }
     }
     frame
@@ -222,7 +226,7 @@ fn text(value: f64, step: f64, kind: Coordinates, axis: usize) -> String {
     }
 }
 
-/// Returns the strokes and areas of a label outside of the border, in its middle at `at`; on the left and right sides it is read
+/// Returns the strokes, the areas and the words of a label outside of the border, in its middle at `at`; on the left and right sides it is read
 /// upward. A label that would go beyond a corner is left out.
 fn label(
     text: &str,
@@ -231,14 +235,14 @@ fn label(
     [low, high]: [DVec2; 2],
     paper: &Paper,
     px: f64,
-) -> (Vec<PenStroke>, Vec<Area>) {
+) -> (Vec<PenStroke>, Vec<Area>, Option<Text>) {
     let line = Line::small(text, paper.typeface);
     let height = LETTERS * px;
     let half = 0.5 * line.width() * height;
     let is_upright = inward.x == 0.0;
     let room = if is_upright { (at.x - low.x).min(high.x - at.x) } else { (at.y - low.y).min(high.y - at.y) };
     if room < half {
-        return (Vec::new(), Vec::new());
+        return (Vec::new(), Vec::new(), None);
     }
     let outside = 0.5 * f64::from(paper.border_px) + GAP * px;
     // The tops of letters point up or to the left.
@@ -254,7 +258,8 @@ fn label(
         letters.into_iter().map(|points| PenStroke { points: points.into_iter().map(turned).collect(), width_px });
     let turn = Affine::new([forward.x, forward.y, down.x, down.y, begin.x, begin.y]);
     let areas = line.areas(DVec2::ZERO, height).into_iter().map(|area| Area::new(turn * area.curves, area.pen_px));
-    (strokes.collect(), areas.collect())
+    let text = line.words(DVec2::ZERO, height).map(|text| text.placed(turn));
+    (strokes.collect(), areas.collect(), text)
 }
 
 /// Returns the smallest round denominator of a scale that is at least `exact`.
@@ -359,8 +364,8 @@ mod tests {
             (DVec2::new(400.0, 150.0), DVec2::NEG_X),
         ] {
             let of = |typeface| label("46°30′N", at, inward, corners, &Paper { typeface, ..paper() }, 1.0);
-            let (strokes, none) = of(crate::style::Typeface::Strokes);
-            let (bare, areas) = of(crate::style::Typeface::Serif);
+            let (strokes, none, words) = of(crate::style::Typeface::Strokes);
+            let (bare, areas, _) = of(crate::style::Typeface::Serif);
             assert!(none.is_empty() && bare.is_empty() && areas.len() == 7, "{} areas", areas.len());
             let middle = |points: &[DVec2]| {
                 let fold = |pick: fn(DVec2, DVec2) -> DVec2| points.iter().copied().reduce(pick).unwrap();
@@ -375,6 +380,14 @@ mod tests {
             assert!(of_areas.distance(of_strokes) < 1.5, "{inward}: {of_areas} and {of_strokes}");
             // Planted: the label of another side.
             assert!(of_areas.distance(at + inward * 8.0) > 10.0);
+            // The words are where the letters are: their middle is half of the height above that of the baseline.
+            let words = words.unwrap();
+            let [begin, along] = [words.begin.to_vec2(), words.along].map(|it| DVec2::new(it.x, it.y));
+            let middle = begin + 0.5 * along + 0.5 * words.height * DVec2::new(along.y, -along.x).normalize();
+            assert!(middle.distance(of_strokes) < 1.5 && words.words == "46°30′N", "{inward}: {middle}");
+            // Planted: words that run the other way are on the other side of the baseline.
+            let mirrored = begin + 0.5 * along - 0.5 * words.height * DVec2::new(along.y, -along.x).normalize();
+            assert!(mirrored.distance(of_strokes) > 4.0);
         }
     }
 

@@ -18,6 +18,7 @@ pub(crate) use self::mask::{LETTER_GAP, LetterMask, leader_px, letter_mask};
 pub(crate) use self::seen::placed_on;
 pub(crate) use self::seen::{Seen, SeenSurface, Visible, Wanted, visible};
 use super::title::{MAX_PEN, MIN_PEN, PEN};
+use crate::file::svg::Text;
 use crate::labels::placement::Rect;
 use crate::labels::placement::panorama::{Label, Rows, panorama};
 use crate::labels::placement::points::{Page, Point, points};
@@ -103,6 +104,8 @@ pub(crate) struct Labels {
     /// Strokes and letters, in pixels of the picture.
     pub strokes: Vec<PenStroke>,
     pub areas: Vec<Area>,
+    /// The words of the letters.
+    pub texts: Vec<Text>,
     /// What is drawn under the letters in the colour of the paper; empty in views.
     pub halo: Vec<PenStroke>,
     /// Characters that neither the lettering nor a font of the machine has.
@@ -249,6 +252,7 @@ impl Labels {
         let width_px = (PEN * height_px).max((MIN_PEN * px).min(MAX_PEN * height_px));
         self.strokes.extend(line.strokes(at, height_px).into_iter().map(|points| PenStroke { points, width_px }));
         self.areas.extend(line.areas(at, height_px));
+        self.texts.extend(line.words(at, height_px));
     }
 
     fn symbol(&mut self, at: DVec2, kind: SiteKind, px: f64) {

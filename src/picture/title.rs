@@ -9,6 +9,7 @@ use glam::DVec2;
 
 use super::Band;
 use super::legend::{LegendPlace, ROW};
+use crate::file::svg::Text;
 use crate::lettering::Line;
 use crate::lettering::area::{Area, cover_areas};
 use crate::lettering::ink::{PenStroke, cover};
@@ -96,6 +97,8 @@ pub(crate) struct Block {
     pub strokes: Vec<PenStroke>,
     /// Letters of fonts, in pixels of the picture.
     pub areas: Vec<Area>,
+    /// The words of the letters, in pixels of the picture.
+    pub texts: Vec<Text>,
     /// Colour of all strokes.
     pub ink: Color,
     /// Opacity from 0 to 1.
@@ -170,7 +173,13 @@ fn fraction(scale: &MapScale) -> Option<String> {
 /// Lays out the title block of a picture of `size_px`. Foot and margin of `paper` must have room for it ([`foot_px`]).
 /// `px` is the number of pixels per pixel of the style.
 pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
-    let mut page = Page { typeface: paper.typeface, strokes: Vec::new(), areas: Vec::new(), replaced: Vec::new() };
+    let mut page = Page {
+        typeface: paper.typeface,
+        strokes: Vec::new(),
+        areas: Vec::new(),
+        texts: Vec::new(),
+        replaced: Vec::new(),
+    };
     let [width, height] = size_px.map(f64::from);
     let [margin, foot] = [paper.margin_px, paper.foot_px].map(f64::from);
     let side = if margin > 0.0 { margin } else { SIDE * px };
@@ -208,13 +217,14 @@ pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color,
     let mut replaced = page.replaced;
     replaced.sort_unstable();
     replaced.dedup();
-    Block { strokes: page.strokes, areas: page.areas, ink, opacity: 1.0, replaced, legend }
+    Block { strokes: page.strokes, areas: page.areas, texts: page.texts, ink, opacity: 1.0, replaced, legend }
 }
 
 struct Page {
     typeface: Typeface,
     strokes: Vec<PenStroke>,
     areas: Vec<Area>,
+    texts: Vec<Text>,
     replaced: Vec<char>,
 }
 
@@ -229,6 +239,7 @@ impl Page {
         let width_px = pen_px(height, px);
         self.strokes.extend(line.strokes(at, height).into_iter().map(|points| PenStroke { points, width_px }));
         self.areas.extend(line.areas(at, height));
+        self.texts.extend(line.words(at, height));
     }
 
     /// Writes a text of which `part_left` is to the left of a point.
@@ -307,7 +318,15 @@ impl Page {
 impl Block {
     /// Returns a block without content.
     pub(crate) fn empty(ink: Color) -> Self {
-        Self { strokes: Vec::new(), areas: Vec::new(), ink, opacity: 1.0, replaced: Vec::new(), legend: None }
+        Self {
+            strokes: Vec::new(),
+            areas: Vec::new(),
+            texts: Vec::new(),
+            ink,
+            opacity: 1.0,
+            replaced: Vec::new(),
+            legend: None,
+        }
     }
 
     /// Draws the block into a band of a picture that is `width` pixels wide.
@@ -350,6 +369,7 @@ impl Block {
             kind: GroupKind::Ink(InkKind::Mark),
             lines: self.strokes.iter().chain(&hatching).map(polyline).collect(),
             fills: filled.map(|area| area.curves.clone()).collect(),
+            texts: self.texts.clone(),
         }
     }
 }

@@ -50,9 +50,11 @@ pub use ground::Ground;
 pub(crate) use hatching::Hatching;
 #[cfg(test)]
 pub(crate) use height_lines::HEIGHT_INK;
-pub use height_lines::HeightLines;
 pub(crate) use height_lines::{HEIGHT_LINES, LINES_PER_INDEX};
-pub(crate) use ink::{Channels, Fading, Ink, InkPass, LayerBehaviour, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
+pub use height_lines::{HeightLines, HeightsOf};
+pub(crate) use ink::{
+    Channels, Fading, Ink, InkPass, LandOfPass, LayerBehaviour, MAX_INKS, Margins, StyleInk, Trace, TracedSet,
+};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 #[cfg(any(feature = "window", feature = "headset"))]

@@ -41,7 +41,7 @@ use layers::RecipeSource;
 pub(crate) use layers::StyleInk;
 pub use layers::{
     Cuts, Detector, Drainage, DrainageLines, DrainageViews, Epsilon, FeatureKinds, Features, Ground, HeightLines,
-    Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes, ToneLight, ToneLines, Water, hatching,
+    HeightsOf, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes, ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, choices, parameters};
 pub use relief::{Relief, ReliefKind};

@@ -8,7 +8,7 @@ use common::{World, full, grid_of};
 use glam::DVec3;
 use hachure::frame::Renderer;
 use hachure::style::layers::HEIGHT_INK;
-use hachure::style::{HeightLines, Style};
+use hachure::style::{HeightLines, HeightsOf, Style};
 
 const SIZE_PX: [u32; 2] = [320, 200];
 const INTERVAL_M: f32 = 40.0;
@@ -242,4 +242,54 @@ fn lakes_have_no_lines() {
     assert!(found < 1.0);
     // Planted error: a style without water.
     assert!(planted > 20.0);
+}
+
+/// Height of the sea.
+const SEA_M: f64 = 710.0;
+
+/// Tests that depth contours are drawn below the sea that a scene names, at depths that count from its surface, and that
+/// contour lines of the same style are above it.
+#[test]
+fn the_sea_has_lines_of_its_depths() {
+    let Some(mut world) = world() else { return };
+    world.surfaces.set_sea_level(Some(SEA_M));
+    let mut drawn_of = |of: HeightsOf| {
+        let style = lines(&OTHERS[..3], |lines| (lines.of, lines.interval_m) = (of, INTERVAL_M));
+        drawn(&mut world, VIEWS[0], &style, SIZE_PX)
+    };
+    let [sea, land] = [HeightsOf::Sea, HeightsOf::Land].map(&mut drawn_of);
+    // The ink above the sea, and below it.
+    let split = |(ink, places): &Drawn| {
+        let mut sums = [0.0; 2];
+        for ([ink], place) in ink.iter().zip(places) {
+            if let Some(place) = place {
+                sums[usize::from(height_m(place.x, place.y) < SEA_M)] += f64::from(*ink);
+            }
+        }
+        sums
+    };
+    println!("ink above and below the sea: depths {:?}, heights {:?}", split(&sea), split(&land));
+    assert!(split(&sea)[0] < 1.0 && split(&sea)[1] > 500.0 && split(&land)[1] < 1.0 && split(&land)[0] > 500.0);
+    let below = |[interval_m, from_m]: [f64; 2]| {
+        let (ink, places) = &sea;
+        let is_below = |place: &DVec3| height_m(place.x, place.y) < SEA_M - f64::from(INTERVAL_M);
+        let places = places.iter().map(|place| place.filter(is_below)).collect();
+        wrong(&shown(&(ink.clone(), places), [interval_m, from_m]))
+    };
+    let interval_m = f64::from(INTERVAL_M);
+    let [astray, missing] = below([interval_m, SEA_M]);
+    println!("{:.2} % astray, {:.2} % missing", 100.0 * astray, 100.0 * missing);
+    assert!(astray < 0.01 && missing < 0.01);
+    // Planted error: heights instead of depths.
+    let [astray, missing] = below([interval_m, 0.0]);
+    assert!(astray > 0.3 && missing > 0.3, "{astray} {missing}");
+    // A world without a sea has none.
+    world.surfaces.set_sea_level(None);
+    let none = drawn(
+        &mut world,
+        VIEWS[0],
+        &lines(&OTHERS[..3], |own| (own.of, own.interval_m) = (HeightsOf::Sea, INTERVAL_M)),
+        SIZE_PX,
+    );
+    assert!(split(&none).iter().sum::<f64>() < 1.0);
 }

@@ -33,6 +33,7 @@ pub(crate) fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]
             kind,
             lines: vec![line],
             fills: Vec::new(),
+            texts: Vec::new(),
         });
     }
 }
@@ -130,6 +131,7 @@ mod tests {
             kind: GroupKind::Ink(InkKind::Mark),
             lines,
             fills: Vec::new(),
+            texts: Vec::new(),
         };
         let paper = Paper { margin_px: 8.0, border_px: 4.0, ..plain() };
         let mut groups =

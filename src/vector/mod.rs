@@ -29,7 +29,7 @@ use serde::Serialize;
 use self::order::{Visit, order, pen_up_px};
 use self::pens::{Pens, pieces};
 use self::sheet::Sheet;
-use crate::file::svg::{Layer, Stroke};
+use crate::file::svg::{Layer, Stroke, Text};
 use crate::lines::strokes::polylines::{EdgeKind, Polyline};
 use crate::style::Color;
 use crate::style::color::{linear_from_srgb, srgb_from_linear};
@@ -95,6 +95,8 @@ pub(crate) struct Group {
     pub lines: Vec<Polyline>,
     /// Areas that are filled with the ink, in pixels. Pens cannot draw them.
     pub fills: Vec<BezPath>,
+    /// The words of the letters among the lines and areas, in pixels. Pens have none.
+    pub texts: Vec<Text>,
 }
 
 /// The kind of the lines of a group.
@@ -171,7 +173,15 @@ pub(crate) fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
             EdgeKind::Valley => ("valleys", "Valleys"),
         };
         let (id, label) = (id.to_owned(), label.to_owned());
-        Group { id, label, ink, kind: GroupKind::Strokes(kind), lines: lines.cloned().collect(), fills: Vec::new() }
+        Group {
+            id,
+            label,
+            ink,
+            kind: GroupKind::Strokes(kind),
+            lines: lines.cloned().collect(),
+            fills: Vec::new(),
+            texts: Vec::new(),
+        }
     };
     EdgeKind::ALL.map(group).into_iter().filter(|group| !group.lines.is_empty()).collect()
 }
@@ -313,6 +323,8 @@ fn layer(
     if strokes.is_empty() && fills.is_empty() {
         return None;
     }
+    let written = group.texts.iter().filter(|_| pen.is_none());
+    let texts = written.map(|text| text.placed(settings.sheet.place())).collect();
     let given: Vec<Visit> = (0..strokes.len()).map(Visit::as_is).collect();
     let visits = order(&strokes, CORNER_PX);
     report.pen_up_unordered_px += pen_up_px(&strokes, &given, CORNER_PX);
@@ -342,7 +354,7 @@ fn layer(
     } += count;
     let ink = (group.ink != settings.ink).then(|| group.ink.to_string());
     let (id, label, kind) = (id.to_owned(), label.to_owned(), group.kind.name());
-    Some(Layer { id, label, ink, kind, pen, strokes: drawn, fills })
+    Some(Layer { id, label, ink, kind, pen, strokes: drawn, fills, texts })
 }
 
 /// Makes one layer in one ink of all strokes of an eye; an anaglyph has two such layers.
@@ -354,7 +366,7 @@ pub(crate) fn layer_of_eye(
     let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
     let strokes = layers.into_iter().flat_map(|layer| layer.strokes).collect();
     let (id, label, ink) = (id.to_owned(), label.to_owned(), Some(ink.to_owned()));
-    (Layer { id, label, ink, kind: "stroke", pen: None, strokes, fills: Vec::new() }, report)
+    (Layer { id, label, ink, kind: "stroke", pen: None, strokes, fills: Vec::new(), texts: Vec::new() }, report)
 }
 
 fn segments(path: &BezPath) -> u64 {

@@ -210,7 +210,17 @@ impl Sheets {
         let layer = |layer: &Layer| {
             let strokes = layer.strokes.iter().filter_map(clipped).collect();
             let fills = layer.fills.iter().filter_map(|fill| Some(shift * area_within(fill, window)?)).collect();
-            Layer { strokes, fills, id: layer.id.clone(), label: layer.label.clone(), ink: layer.ink.clone(), ..*layer }
+            let texts = layer.texts.iter().filter(|text| window.contains(text.begin)).map(|text| text.placed(shift));
+            let texts = texts.collect();
+            Layer {
+                strokes,
+                fills,
+                texts,
+                id: layer.id.clone(),
+                label: layer.label.clone(),
+                ink: layer.ink.clone(),
+                ..*layer
+            }
         };
         layers.iter().map(layer).filter(|layer| !layer.strokes.is_empty() || !layer.fills.is_empty()).collect()
     }

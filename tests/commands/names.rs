@@ -91,6 +91,15 @@ fn names_are_groups_of_a_drawing() {
     assert!(error.contains("--saddles: only maps have labels of saddles"), "{error}");
     let view = draw("view.svg", &[CAMERA, "--peaks", "5"]);
     assert!(fills(&view) > 0 && !view.contains("id=\"names-halo\""));
+    // The words of each label are text over its letters; a pen has none.
+    let words = |svg: &str| {
+        let texts = svg.split("<text ").skip(1).filter_map(|text| text.split_once('>')?.1.split('<').next());
+        texts.map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert!(words(&none).is_empty() && words(&heights).len() == 3, "{:?}", words(&heights));
+    assert!(words(&main).iter().all(|text| text.starts_with("Peak 0 ")) && words(&all).len() > words(&main).len());
+    let pens = draw("pens.svg", &[map[0], "--names", "peaks.geojson", "--pens", "0.3"]);
+    assert!(words(&pens).is_empty() && pens.contains("id=\"names-pen-1\""));
     // Everything that labels depend on is in the imprint.
     place.text(&["render", "--like", "main.svg", "-o", "again.svg"]);
     let names =

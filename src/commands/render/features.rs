@@ -17,7 +17,7 @@ use crate::scene::view::Pose;
 use crate::source::WorldMapping;
 use crate::source::georeference::Crs;
 use crate::source::lon_lat::ToWgs84;
-use crate::style::{self, Style};
+use crate::style::{self, HeightsOf, Style};
 use crate::tiles::Terrain;
 
 /// Coordinates are rounded to this fraction of a pixel.
@@ -62,7 +62,7 @@ impl Places<'_> {
 /// The meaning of a layer for the land.
 enum LayerMeaning {
     /// Contour lines of height, with their interval in metres.
-    Heights { interval_m: f64 },
+    Heights { interval_m: f64, of: HeightsOf },
     /// Hatching marks, rows or cuts, which follow the land.
     Marks,
     /// A layer without heights or slopes.
@@ -75,24 +75,28 @@ impl LayerMeaning {
         let is_own = |id: &str| layer.id == id || layer.id.strip_prefix(id).is_some_and(|rest| rest.starts_with('-'));
         // `heights-layer-2` begins with `heights`, too: the highest of the layers is meant.
         let contours = style.inks().into_iter().rev().find_map(|own| match style.layers.get(own.layer?)? {
-            style::Layer::HeightLines(lines) if is_own(&own.id(None)) => Some(f64::from(lines.interval_m)),
+            style::Layer::HeightLines(lines) if is_own(&own.id(None)) => Some((f64::from(lines.interval_m), lines.of)),
             _ => None,
         });
-        if let Some(interval_m) = contours {
-            return Self::Heights { interval_m };
+        if let Some((interval_m, of)) = contours {
+            return Self::Heights { interval_m, of };
         }
         let is_mark = style.inks().iter().any(|own| own.ink.makes_tone && is_own(own.ink.id));
         if is_mark { Self::Marks } else { Self::Other }
     }
 }
 
-/// Returns the height of a contour line: the multiple of the interval that is nearest to the median of the land below
-/// its points, in metres. The lines follow the form of the land, which is smoother than its surface.
-fn contour_height_m(terrain: &Terrain, points_m: impl Iterator<Item = DVec2>, interval_m: f64) -> Option<f64> {
+/// Returns the height of a contour line: the multiple of the interval above `from_m` that is nearest to the median of the
+/// land below its points, in metres. The lines follow the form of the land, which is smoother than its surface.
+fn contour_height_m(
+    terrain: &Terrain,
+    points_m: impl Iterator<Item = DVec2>,
+    [interval_m, from_m]: [f64; 2],
+) -> Option<f64> {
     let mut heights: Vec<f64> = points_m.filter_map(|at_m| terrain.height_m(at_m)).collect();
     heights.sort_by(f64::total_cmp);
     let median_m = *heights.get(heights.len() / 2)?;
-    Some((median_m / interval_m).round() * interval_m)
+    Some(from_m + ((median_m - from_m) / interval_m).round() * interval_m)
 }
 
 /// Returns the slope of the land in degrees, over twice `step_m`.
@@ -147,9 +151,11 @@ impl Job<'_> {
         let feature = |stroke: &Stroke| {
             let points = flattened(&stroke.path, svg.flattening_px());
             let (height_m, slope_deg) = match meaning {
-                LayerMeaning::Heights { interval_m } => {
+                LayerMeaning::Heights { interval_m, of } => {
+                    let sea_m = self.world.surfaces.sea_level_m().filter(|_| of == HeightsOf::Sea);
                     let points_m = points.iter().map(|px| places.world_m(*px));
-                    let drawn_m = contour_height_m(terrain, points_m, interval_m * exaggeration);
+                    let drawn_m =
+                        contour_height_m(terrain, points_m, [interval_m * exaggeration, sea_m.unwrap_or(0.0)]);
                     (drawn_m.map(|height_m| height_m / exaggeration), None)
                 }
                 LayerMeaning::Marks => {

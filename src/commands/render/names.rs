@@ -263,7 +263,8 @@ impl LabelRules<'_> {
         for (opacity, labels) in labels {
             let opacity = opacity as f32;
             drawn.halos.push(Block { strokes: labels.halo, opacity, ..Block::empty(paper.color) });
-            drawn.letters.push(Block { strokes: labels.strokes, areas: labels.areas, opacity, ..Block::empty(ink) });
+            let (strokes, areas, texts) = (labels.strokes, labels.areas, labels.texts);
+            drawn.letters.push(Block { strokes, areas, texts, opacity, ..Block::empty(ink) });
         }
         drawn
     }
@@ -373,6 +374,7 @@ impl Job<'_> {
             drawn.reduce(|mut all, block| {
                 all.strokes.extend(block.strokes);
                 all.areas.extend(block.areas);
+                all.texts.extend(block.texts);
                 all
             })
         };

@@ -189,6 +189,7 @@ fn marks(sheets: &Sheets, place: Place) -> Layer {
         kind: "mark",
         pen: None,
         fills: Vec::new(),
+        texts: Vec::new(),
         strokes: sheets.marks(place).into_iter().map(stroke).collect(),
     }
 }

@@ -93,9 +93,10 @@ impl Job<'_> {
         let titled = self.args.title.clone().map(|title| self.titled(title, pose));
         let Some(map) = self.map.as_ref().filter(|_| self.args.frame) else { return titled };
         let mut block = titled.unwrap_or_else(|| Block::empty(self.style.lettering_ink()));
-        let MapFrame { strokes, areas, .. } = self.frame(map);
+        let MapFrame { strokes, areas, texts, .. } = self.frame(map);
         block.strokes.extend(strokes);
         block.areas.extend(areas);
+        block.texts.extend(texts);
         Some(block)
     }
 
@@ -199,8 +200,8 @@ impl Job<'_> {
     pub(super) fn add_title(&self, groups: &mut Vec<Group>, pose: &Pose) {
         let title = self.args.title.clone().map(|title| ("title", "Title block", self.titled(title, pose)));
         let frame = self.map.as_ref().filter(|_| self.args.frame).map(|map| {
-            let MapFrame { strokes, areas, .. } = self.frame(map);
-            ("frame", "Frame of the map", Block { strokes, areas, ..Block::empty(self.style.lettering_ink()) })
+            let MapFrame { strokes, areas, texts, .. } = self.frame(map);
+            ("frame", "Frame of the map", Block { strokes, areas, texts, ..Block::empty(self.style.lettering_ink()) })
         });
         let is_for_pens = self.args.pens.is_some();
         let all = title.into_iter().chain(frame);

@@ -62,6 +62,7 @@ fn entries_of_drawings_are_their_groups() {
             ..Polyline::default()
         }],
         fills: Vec::new(),
+        texts: Vec::new(),
     };
     legend.look_in(&[group("streams", 1.0), group("hatching", 1.0)]);
     assert_eq!(legend.names(), ["Streams"]);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, RecipeSource, Trace};
+use super::{Channels, Fading, Ink, InkPass, LandOfPass, LayerBehaviour, RecipeSource, Trace};
 use crate::gpu::target::{Group, TargetKind};
 use crate::gpu::wgsl::layers::cuts::{CutFamily, CutRules};
 use crate::style::parameters::{Range, parameters};
@@ -75,7 +75,7 @@ impl LayerBehaviour for Cuts {
         }]
     }
 
-    fn pass(&self, origin_m: DVec3, _exaggeration: f64) -> Option<InkPass> {
+    fn pass(&self, LandOfPass { origin_m, .. }: LandOfPass) -> Option<InkPass> {
         let mut rules = CutRules {
             form_px: self.form_px,
             darkest: self.darkest,

@@ -2,9 +2,7 @@
 //!
 //! Why: `docs/decisions/ground.md`.
 
-use glam::DVec3;
-
-use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, Trace};
+use super::{Channels, Fading, Ink, InkPass, LandOfPass, LayerBehaviour, Trace};
 use crate::gpu::target::{Group, TargetKind};
 use crate::gpu::wgsl::layers::ground::{GroundRules, PERIOD_M};
 use crate::style::Color;
@@ -58,7 +56,7 @@ impl LayerBehaviour for Ground {
         }]
     }
 
-    fn pass(&self, origin_m: DVec3, exaggeration: f64) -> Option<InkPass> {
+    fn pass(&self, LandOfPass { origin_m, exaggeration, .. }: LandOfPass) -> Option<InkPass> {
         let rules = GroundRules {
             phase_m: [origin_m.x, origin_m.y].map(|along_m| along_m.rem_euclid(f64::from(PERIOD_M)) as f32),
             size_px: self.size_px,

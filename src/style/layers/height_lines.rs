@@ -2,13 +2,11 @@
 //!
 //! Why: `docs/decisions/maps.md`.
 
-use glam::DVec3;
-
-use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, Trace};
+use super::{Channels, Fading, Ink, InkPass, LandOfPass, LayerBehaviour, Trace};
 use crate::gpu::target::{Group, TargetKind};
 use crate::gpu::wgsl::layers::height_lines::HeightLineRules;
 use crate::style::Color;
-use crate::style::parameters::{Range, parameters};
+use crate::style::parameters::{Range, choices, parameters};
 
 /// Ink of contour lines of height, 0 to 1.
 pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage(
@@ -20,12 +18,17 @@ pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage(
 /// The shader of contour lines, the only one that reads the gaps of numbers.
 pub(crate) const HEIGHT_LINES: &str = "layers/height_lines";
 
+/// A height above all land.
+const NO_SEA_M: f64 = 1e6;
+
 /// Every fifth contour line is an index contour, which is wider.
 pub(crate) const LINES_PER_INDEX: f64 = 5.0;
 
 parameters! {
     /// Contour lines of height; every fifth line is an index contour.
     pub struct HeightLines {
+        /// Whether heights of the land are drawn, or depths of the sea; only a scene says where its sea is.
+        of called "Land or sea": HeightsOf = HeightsOf::Land;
         /// Colour of the lines.
         ink called "Ink colour": Color = Color::default();
         /// Contour interval in metres; 0 chooses a round number for the scale of a map, and draws no lines in other
@@ -46,6 +49,16 @@ parameters! {
     }
 }
 
+choices! {
+    /// What contour lines show.
+    pub enum HeightsOf {
+        /// Heights of the land. Lakes and the sea have no lines.
+        Land,
+        /// Depths of the sea that the scene or `--sea-level` names, from its surface.
+        Sea,
+    }
+}
+
 /// Returns the smallest contour interval, in metres, of a map with pixels of `pixel_m` metres, before it is rounded. At
 /// large scales, lines on a slope of 45° are about three pixels apart or more. Small scales have gentler slopes and use
 /// the intervals of topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
@@ -56,9 +69,13 @@ fn min_m(pixel_m: f64) -> f64 {
 impl LayerBehaviour for HeightLines {
     fn inks(&self) -> Vec<Ink> {
         // Without an interval there are no lines; on a map, `prepare_for_map` chooses one.
+        let (id, label) = match self.of {
+            HeightsOf::Land => ("heights", "Contour lines of height"),
+            HeightsOf::Sea => ("depths", "Depth contours"),
+        };
         let ink = Ink {
-            id: "heights",
-            label: "Contour lines of height".to_owned(),
+            id,
+            label: label.to_owned(),
             color: Some(self.ink),
             channels: Channels::One(0),
             fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: false },
@@ -69,17 +86,22 @@ impl LayerBehaviour for HeightLines {
         if self.interval_m > 0.0 { vec![ink] } else { Vec::new() }
     }
 
-    fn pass(&self, origin_m: DVec3, exaggeration: f64) -> Option<InkPass> {
+    fn pass(&self, LandOfPass { origin_m, exaggeration, sea_level_m }: LandOfPass) -> Option<InkPass> {
         // The interval counts true metres, and the land is drawn higher.
         let interval_m = f64::from(self.interval_m) * exaggeration;
         let index_interval_m = LINES_PER_INDEX * interval_m;
+        // Depths count from the surface of the sea. Without a sea there is nothing below it.
+        let zero_m = if self.of == HeightsOf::Sea { sea_level_m.unwrap_or(-NO_SEA_M) } else { 0.0 };
+        let highest_m = if self.of == HeightsOf::Sea { zero_m - origin_m.z } else { NO_SEA_M };
         let rules = HeightLineRules {
             interval_m: interval_m as f32,
-            phase_m: origin_m.z.rem_euclid(index_interval_m) as f32,
+            phase_m: (origin_m.z - zero_m).rem_euclid(index_interval_m) as f32,
             line_px: self.line_px,
             index_px: self.index_px,
             form_px: self.form_px,
             index: LINES_PER_INDEX as f32,
+            in_sea: u32::from(self.of == HeightsOf::Sea),
+            highest_m: highest_m as f32,
             steepest: if self.steepest_deg < 90.0 { self.steepest_deg.to_radians().tan() } else { 1e9 },
         };
         let rules = bytemuck::bytes_of(&rules).to_vec();
@@ -99,7 +121,8 @@ impl LayerBehaviour for HeightLines {
 
     fn summary(&self) -> Option<String> {
         let of_maps = if self.interval_m > 0.0 { "" } else { " (on maps)" };
-        Some(format!("contour lines of height{of_maps}"))
+        let of = if self.of == HeightsOf::Sea { "depth contours" } else { "contour lines of height" };
+        Some(format!("{of}{of_maps}"))
     }
 }
 

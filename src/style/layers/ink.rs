@@ -130,15 +130,25 @@ impl StyleInk {
     }
 }
 
+/// The land on which the pass of a layer draws.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LandOfPass {
+    /// The rig's origin in the world, to which positions on the GPU are relative.
+    pub origin_m: DVec3,
+    /// The factor by which heights are drawn.
+    pub exaggeration: f64,
+    /// Height of the surface of the sea that the scene names, as it is drawn.
+    pub sea_level_m: Option<f64>,
+}
+
 /// A layer as the rest of the program sees it, whatever its kind.
 pub(crate) trait LayerBehaviour {
     /// Returns the inks of the layer, from the bottom to the top; none if it draws nothing.
     fn inks(&self) -> Vec<Ink>;
 
     /// Returns the pass that draws the layer. Kinds without one have passes of their own, which
-    /// `frame/passes.rs` calls. `origin_m` is the rig's origin in the world, to which positions on the GPU are relative,
-    /// and `exaggeration` the factor by which heights are drawn.
-    fn pass(&self, _origin_m: DVec3, _exaggeration: f64) -> Option<InkPass> {
+    /// `frame/passes.rs` calls.
+    fn pass(&self, _land: LandOfPass) -> Option<InkPass> {
         None
     }
 

@@ -161,7 +161,9 @@ fn strokes_have_the_width_of_the_step_behind_them() {
     // Measures how far widths are from those expected of the depth steps along direction `turn` of the stroke, in the
     // mean of seven places 8 px apart: the median error, and the fraction of samples that are wrong.
     let misses = |turn: fn(Vec2) -> Vec2| {
-        let inner = samples.windows(33).filter(|own| own.iter().all(|it| it.stroke == own[0].stroke) && !may_fold(own[0].stroke));
+        let inner = samples
+            .windows(33)
+            .filter(|own| own.iter().all(|it| it.stroke == own[0].stroke) && !may_fold(own[0].stroke));
         let mut misses: Vec<f64> = inner
             .map(|own| {
                 let px = |i: usize| Vec2::from(own[i].px);

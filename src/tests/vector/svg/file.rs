@@ -152,6 +152,7 @@ fn what_is_no_number_is_not_written() {
         ink: None,
         strokes: vec![stroke],
         fills: Vec::new(),
+        texts: Vec::new(),
     };
     let settings = settings(Sheet { size: [1.0; 2], unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] });
     let write = |stroke: Stroke, path: &Path| write_svg(path, &drawing(vec![with(stroke)], &settings), None);
