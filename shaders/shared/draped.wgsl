@@ -18,7 +18,8 @@ struct DrapedRules {
     point_px: f32,
     dash_px: f32,
     gap_px: f32,
-    pad_a: f32,
+    // Number of segments and points, one for each thread that cuts lines.
+    segments: u32,
     pad_b: f32,
     pad_c: f32,
 }

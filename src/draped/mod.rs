@@ -19,7 +19,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::DVec2;
 
 pub(crate) use self::read::DrapedError;
-pub(crate) use self::resident::{Resident, ResidentBlocks};
+pub(crate) use self::resident::{LandInView, Resident, ResidentBlocks};
+pub(crate) use self::tree::BLOCK_POINTS;
 use self::tree::{LineTree, Sight};
 use crate::features::Attributes;
 use crate::features::when::When;
@@ -198,16 +199,21 @@ impl Draped {
         drawn
     }
 
-    /// Returns the blocks that a layer of a style draws in a view of land with heights `range_m`: at most `most`.
-    fn blocks_in_view(&self, layer: &Features, rig: &Rig, range_m: [f64; 2], most: usize) -> InView {
+    /// Returns the blocks that a layer of a style draws in a view of land: at most `most`. What the earth hides has none.
+    fn blocks_in_view(&self, layer: &Features, rig: &Rig, land: &LandInView<'_>, most: usize) -> InView {
+        let range_m = land.range_m;
         let drawn = self.drawn_by(&Rule::of(layer));
         let bounds = |low: DVec2, high: DVec2, from: glam::DVec3| Bounds {
             low_m: low.extend(range_m[0]) - from,
             high_m: high.extend(range_m[1]) - from,
         };
         let eyes: Vec<_> = rig.eyes.iter().map(|eye| (eye.pose.position_m, eye.frustum(), eye.focal_px())).collect();
-        let is_seen =
-            |low: DVec2, high: DVec2| eyes.iter().any(|(from, frustum, _)| frustum.may_see(&bounds(low, high, *from)));
+        let is_seen = |low: DVec2, high: DVec2| {
+            eyes.iter().any(|(from, frustum, _)| {
+                let bent = (land.earth_curvature)(from.z).bend_bounds(&bounds(low, high, *from));
+                bent.is_some_and(|bounds| frustum.may_see(&bounds))
+            })
+        };
         let pixel_m = |low: DVec2, high: DVec2| {
             let of_eye = |(from, _, focal_px): &(glam::DVec3, _, f64)| bounds(low, high, *from).distance_m() / focal_px;
             eyes.iter().map(of_eye).fold(f64::INFINITY, f64::min)

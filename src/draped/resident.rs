@@ -12,6 +12,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::wgsl::lines::draped::pieces::DrapedPoint;
 use crate::scene::view::Rig;
 use crate::style::Features;
+use crate::tiles::earth_curvature::EarthCurvature;
 
 /// Points of blocks.
 const POINTS: BufferKind = BufferKind::storage("draped points");
@@ -35,6 +36,14 @@ pub(crate) struct Resident {
     has_warned: bool,
     /// The blocks that each layer of the last view's style draws.
     layers: Vec<Vec<BlockInView>>,
+}
+
+/// The land of a view.
+pub(crate) struct LandInView<'a> {
+    /// Lowest and highest height, in metres.
+    pub range_m: [f64; 2],
+    /// Returns the curvature of the earth for a camera at a height.
+    pub earth_curvature: &'a dyn Fn(f64) -> EarthCurvature,
 }
 
 /// A place for a block.
@@ -85,14 +94,14 @@ impl Resident {
         self.draped.doubts(layers)
     }
 
-    /// Sends the blocks to the GPU that layers of a style draw in a view of land with heights `range_m`.
-    pub(crate) fn follow(&mut self, gpu: &Gpu, layers: &[&Features], rig: &Rig, range_m: [f64; 2]) {
+    /// Sends the blocks to the GPU that layers of a style draw in a view of land.
+    pub(crate) fn follow(&mut self, gpu: &Gpu, layers: &[&Features], rig: &Rig, land: &LandInView<'_>) {
         self.views += 1;
         let mut chosen: Vec<Vec<DrawnBlock>> = Vec::new();
         let (mut room, mut left_out) = (MOST_BLOCKS, 0);
         for (index, layer) in layers.iter().enumerate() {
             // Later layers may use the room that a layer does not need.
-            let in_view = self.draped.blocks_in_view(layer, rig, range_m, room / (layers.len() - index));
+            let in_view = self.draped.blocks_in_view(layer, rig, land, room / (layers.len() - index));
             room -= in_view.blocks.len();
             left_out += in_view.left_out;
             chosen.push(in_view.blocks);

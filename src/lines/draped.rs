@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use crate::draped::ResidentBlocks;
+use crate::draped::{BLOCK_POINTS, ResidentBlocks};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::{Draw, greatest};
@@ -27,10 +27,16 @@ const CUT: &str = "lines/draped/pieces";
 
 /// Blocks of lines in view.
 const BLOCKS: BufferKind = BufferKind::storage("draped blocks");
+/// The segments of blocks, each with its block.
+const SEGMENTS: BufferKind = BufferKind::storage("draped segments");
 /// Pieces of lines on the picture.
 const PIECES: BufferKind = BufferKind::storage("draped pieces");
 /// Arguments of the draw.
 const DRAWN: BufferKind = BufferKind::indirect("draped draw");
+/// Bits of the number of a segment in its block.
+const SEGMENT_BITS: u32 = BLOCK_POINTS.ilog2();
+/// Threads of a workgroup of the pass.
+const GROUP_THREADS: u32 = 64;
 /// Bytes of a piece.
 const PIECE_BYTES: u64 = 32;
 /// Number of pieces for which there is room: for each block, and the limits for all of them. The upper one is 2.6
@@ -66,13 +72,14 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let count = blocks.len() as u32;
     let capacity = count.saturating_mul(PIECES_OF_BLOCK).clamp(LEAST_PIECES, MOST_PIECES);
     let style = inputs.style;
+    let segments = segments(&blocks);
     let rules = DrapedRules {
         capacity,
         line_px: style.line_px,
         point_px: style.point_px,
         dash_px: style.dash_px,
         gap_px: style.gap_px,
-        pad_a: 0.0,
+        segments: segments.len() as u32,
         pad_b: 0.0,
         pad_c: 0.0,
     };
@@ -81,6 +88,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         recorder.buffer(&PIECES, u64::from(capacity) * PIECE_BYTES).slice(0, u64::from(capacity) * PIECE_BYTES);
     let drawn = recorder.buffer(&DRAWN, 16);
     recorder.reset(&drawn, &[6_u32, 0, 0, 0]);
+    let groups = (segments.len() as u32).div_ceil(GROUP_THREADS);
+    let segments = recorder.upload(&SEGMENTS, &segments);
     let blocks = recorder.upload(&BLOCKS, &blocks);
     let points = inputs.blocks.as_ref().map_or_else(|| blocks.clone(), |blocks| Buffer::clone(blocks.points));
     let mut resources = vec![
@@ -90,9 +99,10 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("points", points.binding()),
         ("pieces", pieces.binding()),
         ("drawn", drawn.binding()),
+        ("segments", segments.binding()),
     ];
     resources.extend_from_slice(inputs.terrain);
-    recorder.groups(CUT, [count, 1], &resources);
+    recorder.groups(CUT, [groups, 1], &resources);
     let resources = [
         ("view", inputs.view.clone()),
         ("rules", rules),
@@ -105,6 +115,15 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         drawing.set(pass);
         pass.draw_indirect(&drawn.raw, 0);
     });
+}
+
+/// Returns all segments of blocks, as the threads of the pass read them; at least one.
+fn segments(blocks: &[DrapedBlock]) -> Vec<u32> {
+    let of_block = |(index, block): (usize, &DrapedBlock)| {
+        let first = (index as u32) << SEGMENT_BITS;
+        (0..block.count.saturating_sub(1).max(u32::from(index == 0))).map(move |segment| first | segment)
+    };
+    blocks.iter().enumerate().flat_map(of_block).collect()
 }
 
 /// Returns the blocks relative to the rig; one without points if there are none.

@@ -23,7 +23,7 @@ pub(crate) use self::open::inputs_of;
 pub use self::open::{OpenWorld, WorldError, open_store, scene_of};
 pub(crate) use self::open::{exaggerated, rounded};
 use crate::drainage::{Drainage, Land};
-use crate::draped::{Draped, Resident};
+use crate::draped::{Draped, LandInView, Resident};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;
@@ -209,8 +209,10 @@ impl Surfaces {
     /// Prepares the features that a style draws for what a rig sees.
     pub(crate) fn follow_features(&mut self, gpu: &Gpu, rig: &Rig, style: &Style) {
         let Some(features) = &mut self.features else { return };
-        let range_m = self.terrain.range_m().map(f64::from);
-        features.follow(gpu, &layers_of_features(style), rig, range_m);
+        let terrain = &self.terrain;
+        let range_m = terrain.range_m().map(f64::from);
+        let land = LandInView { range_m, earth_curvature: &|camera_z_m| terrain.earth_curvature(camera_z_m) };
+        features.follow(gpu, &layers_of_features(style), rig, &land);
     }
 
     /// Returns the images on the land, if there are any.

@@ -1,7 +1,7 @@
 // Drapes lines and points of features on the land that is drawn, and cuts them into pieces that are short on the picture.
 //
-// There is one workgroup for each block of a line and one thread for each of its segments. A segment is straight on the
-// map. Its part in view is divided evenly, by the size of a pixel at the place that is nearest to the eye, and every
+// There is one thread for each segment of a line, and for each point: a block may have a single one, and blocks of a
+// workgroup each would leave most threads idle. A segment is straight on the map. Its part in view is divided evenly, by the size of a pixel at the place that is nearest to the eye, and every
 // division point gets the height of the surface that the resolve pass computes there (docs/decisions/one-surface.md).
 #import hachure::view::View
 #import hachure::earth::bend
@@ -38,6 +38,10 @@ const BEYOND: f32 = 0.05;
 @group(0) @binding(3) var<storage, read> points: array<DrapedPoint>;
 @group(0) @binding(4) var<storage, read_write> pieces: array<DrapedPiece>;
 @group(0) @binding(5) var<storage, read_write> drawn: array<atomic<u32>, 4>;
+// For each thread a block, from bit SEGMENT_BITS on, and a segment of it.
+@group(0) @binding(6) var<storage, read> segments: array<u32>;
+
+const SEGMENT_BITS: u32 = 6u;
 
 // Returns the height of the surface at a place, relative to the rig's origin. `about_m` is a height near it.
 fn height_m(xy_m: vec2<f32>, about_m: f32) -> f32 {
@@ -95,8 +99,12 @@ fn place_dot(at_m: vec2<f32>) {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) index: u32) {
-    let block = blocks[group.x];
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= rules.segments {
+        return;
+    }
+    let block = blocks[segments[id.x] >> SEGMENT_BITS];
+    let index = segments[id.x] & ((1u << SEGMENT_BITS) - 1u);
     if index + 1u >= block.count {
         return;
     }
