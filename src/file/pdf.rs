@@ -369,10 +369,7 @@ mod tests {
         write_pdf(&words, &named, None).unwrap();
         let page = content(&std::fs::read(&words).unwrap());
         let lines: Vec<&str> = page.lines().collect();
-        assert!(
-            lines.contains(&"3 Tr")
-                && lines.iter().any(|line| line.starts_with("/Span") && line.contains("ActualText"))
-        );
+        assert!(lines.contains(&"3 Tr") && page.contains("/Span") && page.contains("/ActualText"), "{page}");
         assert!(lines.contains(&"(H he 12) Tj"), "{page}");
         let of = |end: &str| -> Vec<f64> {
             let line = lines.iter().find(|line| line.ends_with(end)).unwrap();
