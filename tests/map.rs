@@ -337,6 +337,24 @@ fn lines_say_what_they_show() {
         let circle_m = std::f64::consts::TAU * (900.0 - number(&contour["properties"]["height_m"])) / SLOPE;
         assert!(length_m < 1.1 * circle_m, "{length_m} m of a circle of {circle_m} m");
     }
+    // Depth contours state their heights, which count from the sea, in true metres.
+    fs::write(
+        place.path("deep.toml"),
+        "extends = \"strokes\"\n[[layers]]\nkind = \"height_lines\"\nof = \"sea\"\ninterval_m = 20\n",
+    )
+    .unwrap();
+    let deep = "cone.asc --map=0,0,1100 --style deep.toml --sea-level 777 --exaggeration 2 --size 220x220";
+    place.draw(&format!("{deep} -o deep.geojson"));
+    let (_, drawn) = place.features("deep.geojson");
+    let depths = of_kind(&drawn, "contour line");
+    let intervals = |feature: &Value, sea_m: f64| (sea_m - number(&feature["properties"]["height_m"])) / 20.0;
+    let is_depth = |feature: &&&Value, sea_m: f64| {
+        let count = intervals(feature, sea_m);
+        (count - count.round()).abs() < 1e-3 && count > 0.9
+    };
+    assert!(depths.len() >= 4 && depths.iter().all(|feature| is_depth(&feature, 777.0)), "{} lines", depths.len());
+    assert!(depths.iter().map(|feature| heights(feature)).all(|[land, own]| (land - own).abs() < 4.0));
+    assert!(!depths.iter().any(|feature| is_depth(&feature, 780.0)), "planted: another sea");
     // RFC 7946: longitudes and latitudes, and no other reference system.
     let (all, degrees) = place.features("wgs84.geojson");
     assert!(all["crs"].is_null() && degrees.len() == features.len());

@@ -31,8 +31,8 @@ struct HeightLineRules {
     steepest: f32,
     // 1: lines are drawn on the ground of the sea, 0: on land.
     in_sea: u32,
-    // Height of the surface of that sea from the rig's origin, in metres.
-    highest_m: f32,
+    // Height of the surface of the sea from the rig's origin, in metres.
+    sea_m: f32,
 }
 
 // A box in which lines are interrupted, in pixels of the whole picture.
@@ -49,8 +49,8 @@ struct LineGap {
 @group(0) @binding(1) var<uniform> rules: HeightLineRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var distance_m: texture_2d<f32>;
-// Positive on water. Still water is level, so that a line of its height would wander along its shores; below the sea that a
-// scene names, the ground may have heights of its own. A single texel without water.
+// Positive on water, which is level, so that a line of its height would wander along its shores. A single texel without
+// water.
 @group(0) @binding(4) var water: texture_2d<f32>;
 // Ink, 0 to 1.
 @group(0) @binding(5) var ink: texture_storage_2d<r32float, write>;
@@ -59,7 +59,7 @@ struct LineGap {
 // Distance between contour lines below which they are not drawn; from twice that distance on they are drawn fully.
 const MIN_GAP_PX: f32 = 2.0;
 // Depth from which the ground of the sea has lines, in intervals.
-const SHORE: f32 = 0.5;
+const SHALLOWEST: f32 = 0.5;
 // Distance between contour lines above which the land is so level that a line on it would be a blot.
 const MAX_GAP_PX: f32 = 800.0;
 
@@ -96,7 +96,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = place_seen(view, distance_m, pixel);
     let on_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
-    if at.w <= 0.0 || on_water != (rules.in_sea == 1u) || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
+    if at.w <= 0.0 || on_water && rules.in_sea == 0u || !has_trait(id_seen(surface_id, pixel), ON_GRID) {
         textureStore(ink, pixel, vec4<f32>(0.0));
         return;
     }
@@ -108,7 +108,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let steps = steps_on_plane(view, pixel, at.w, bend_normal(flat_place, slope));
     let rise_m = length(vec2<f32>(dot(slope, steps[0].xy), dot(slope, steps[1].xy)));
     // The shore is a line of the water.
-    if rules.in_sea == 1u && form.height_m > rules.highest_m - SHORE * rules.interval_m {
+    if rules.in_sea == 1u && form.height_m > rules.sea_m - SHALLOWEST * rules.interval_m {
         textureStore(ink, pixel, vec4<f32>(0.0));
         return;
     }

@@ -1,7 +1,7 @@
 // The samples of strokes, which persist from frame to frame. See src/lines/strokes/samples.rs and temporal.rs.
 #define_import_path hachure::stroke_samples
 
-// Strokes are not drawn thinner than this to either side; they pale instead.
+// Strokes are not drawn thinner than this to either side.
 const LEAST_HALF_WIDTH_PX: f32 = 0.4;
 
 // A point of a stroke.

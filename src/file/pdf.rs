@@ -182,8 +182,11 @@ impl Page<'_> {
 
 /// Adds words that a reader finds and copies, and does not show. `text` is in points.
 fn invisible(content: &mut Content, text: &Text) {
-    // One character for each of the words; those outside of ASCII are known by `ActualText` alone.
-    let shown: Vec<u8> = text.words.chars().map(|it| if it.is_ascii_graphic() { it as u8 } else { b' ' }).collect();
+    // A byte for each character: the encoding of the font is that of Latin-1 apart from 0x80 to 0x9f. All other characters
+    // are known by `ActualText` alone.
+    let is_encoded = |it: &char| matches!(it, ' '..='~' | '\u{a0}'..='\u{ff}');
+    let byte = |it: char| Some(it).filter(is_encoded).and_then(|it| u8::try_from(u32::from(it)).ok()).unwrap_or(b' ');
+    let shown: Vec<u8> = text.words.chars().map(byte).collect();
     let size = text.height / CAPITALS;
     let stretch = text.along.hypot() / (GLYPH_WIDTH * size * shown.len().max(1) as f64);
     let [x, y] = [text.along.x, text.along.y].map(|part| (part / text.along.hypot()) as f32);
@@ -370,7 +373,7 @@ mod tests {
         let page = content(&std::fs::read(&words).unwrap());
         let lines: Vec<&str> = page.lines().collect();
         assert!(lines.contains(&"3 Tr") && page.contains("/Span") && page.contains("/ActualText"), "{page}");
-        assert!(lines.contains(&"(H he 12) Tj"), "{page}");
+        assert!(lines.contains(&"<48F66865203132> Tj"), "{page}");
         let of = |end: &str| -> Vec<f64> {
             let line = lines.iter().find(|line| line.ends_with(end)).unwrap();
             line.split(' ').filter_map(|word| word.parse().ok()).collect()

@@ -11,7 +11,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use kurbo::{Affine, BezPath, PathEl, Point, Vec2};
+use kurbo::{Affine, BezPath, PathEl, Point, Rect, Vec2};
 
 use super::FileError;
 use super::atomic::AtomicFile;
@@ -98,6 +98,13 @@ impl Text {
         let along = place * (self.begin + self.along) - begin;
         let factor = along.hypot() / self.along.hypot();
         Self { words: self.words.clone(), begin, along, height: factor * self.height }
+    }
+
+    /// Returns the box around the letters.
+    pub(crate) fn around(&self) -> Rect {
+        let up = self.height * Vec2::new(self.along.y, -self.along.x) / self.along.hypot();
+        let baseline = Rect::from_points(self.begin, self.begin + self.along);
+        baseline.union(Rect::from_points(self.begin + up, self.begin + self.along + up))
     }
 
     /// Returns whether it has a place and a size.

@@ -10,7 +10,7 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::{Draw, greatest};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Group, Target, TargetKind};
-use crate::gpu::wgsl::lines::draped::pieces::DrapedBlock;
+use crate::gpu::wgsl::lines::draped::pieces::{DrapedBlock, SEGMENT_BITS};
 use crate::gpu::wgsl::shared::draped::DrapedRules;
 use crate::style::Features;
 
@@ -33,8 +33,8 @@ const SEGMENTS: BufferKind = BufferKind::storage("draped segments");
 const PIECES: BufferKind = BufferKind::storage("draped pieces");
 /// Arguments of the draw.
 const DRAWN: BufferKind = BufferKind::indirect("draped draw");
-/// Bits of the number of a segment in its block.
-const SEGMENT_BITS: u32 = BLOCK_POINTS.ilog2();
+// A thread knows a segment by the number of its block and, in these bits, that of the segment in it.
+const _: () = assert!(BLOCK_POINTS == 1 << SEGMENT_BITS);
 /// Threads of a workgroup of the pass.
 const GROUP_THREADS: u32 = 64;
 /// Bytes of a piece.

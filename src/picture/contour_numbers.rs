@@ -156,7 +156,8 @@ impl Numbers {
         let mut block = Block::empty(self.ink);
         for number in &self.placed {
             let height_px = number.size_px.y;
-            let (strokes, areas) = self.line(number).along(height_px, |from_px, advance_px| {
+            let line = self.line(number);
+            let (strokes, areas) = line.along(height_px, |from_px, advance_px| {
                 let letter = number.letter(from_px, advance_px);
                 (letter.left_px, letter.angle)
             });
@@ -164,9 +165,8 @@ impl Numbers {
             block.strokes.extend(strokes.into_iter().map(|points| PenStroke { points, width_px }));
             block.areas.extend(areas);
             // The words are straight, along the chord of the letters.
-            let line = self.line(number);
-            let width_px = height_px * line.width();
-            let [begin, end] = [0.0, width_px].map(|from_px| number.letter(from_px, 0.0).left_px);
+            let long_px = height_px * line.width();
+            let [begin, end] = [0.0, long_px].map(|from_px| number.letter(from_px, 0.0).left_px);
             let along = kurbo::Vec2::new(end.x - begin.x, end.y - begin.y);
             let text = line.words(begin, height_px).map(|text| Text { along, ..text });
             block.texts.extend(text);

@@ -125,7 +125,8 @@ fn entries(style: &Style, longest_m: Option<f32>) -> Vec<Entry> {
                 let sample = Sample::Line { ink, from_px: thin, to_px: thin, beside_px: thin };
                 let name = if lines.of == HeightsOf::Sea { "Depth contours" } else { "Contour lines" };
                 add(words(name, interval_m), sample, seen);
-                if wide > thin {
+                // Depths have no entry of their own: the sea in view may have no index line.
+                if wide > thin && lines.of == HeightsOf::Land {
                     let every_m = LINES_PER_INDEX as f32 * interval_m;
                     let sample = Sample::Line { ink, from_px: wide, to_px: wide, beside_px: thin };
                     let least_px = 0.5 * (lines.line_px + lines.index_px);

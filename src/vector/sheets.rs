@@ -7,7 +7,7 @@
 use glam::DVec2;
 use kurbo::{Affine, BezPath, ParamCurve, PathSeg, Rect};
 
-use crate::file::svg::{Layer, Stroke};
+use crate::file::svg::{Layer, Stroke, Text};
 use crate::lettering::Line;
 
 /// Largest number of sheets; nobody glues more together.
@@ -210,8 +210,8 @@ impl Sheets {
         let layer = |layer: &Layer| {
             let strokes = layer.strokes.iter().filter_map(clipped).collect();
             let fills = layer.fills.iter().filter_map(|fill| Some(shift * area_within(fill, window)?)).collect();
-            let texts = layer.texts.iter().filter(|text| window.contains(text.begin)).map(|text| text.placed(shift));
-            let texts = texts.collect();
+            let is_within = |text: &&Text| text.around().overlaps(window);
+            let texts = layer.texts.iter().filter(is_within).map(|text| text.placed(shift)).collect();
             Layer {
                 strokes,
                 fills,
@@ -400,6 +400,36 @@ mod tests {
                 assert!((is_outside || on_cut) && is_printed, "{place:?}: {point}");
             }
         }
+    }
+
+    #[test]
+    fn words_are_on_every_sheet_that_shows_them() {
+        let sheets = Sheets::new([841.0, 594.0], 1.0, false, &WISH).unwrap();
+        let [first, second] = [0, 1].map(|column| Place { column, row: 0 });
+        // The words begin before the overlap of two sheets and end behind it.
+        let begin = sheets.part(second)[0][0] - 5.0;
+        let along = kurbo::Vec2::new(sheets.part(first)[1][0] - begin + 5.0, 0.0);
+        let text = Text { words: "Ridge".to_owned(), begin: kurbo::Point::new(begin, 50.0), along, height: 3.0 };
+        let stroke = BezPath::from_svg("M1,50 L800,50").unwrap();
+        let layer = Layer {
+            id: "names".to_owned(),
+            label: "Names".to_owned(),
+            ink: None,
+            kind: "mark",
+            pen: None,
+            strokes: vec![Stroke { path: stroke, width: 1.0, opacity: 1.0, ink: None }],
+            fills: Vec::new(),
+            texts: vec![text.clone()],
+        };
+        let words = |place: Place| sheets.layers(std::slice::from_ref(&layer), place)[0].texts.clone();
+        for place in [first, second] {
+            let [from, _] = sheets.part(place);
+            let shift = sheets.inset - from[0];
+            let found = words(place);
+            assert!(found.len() == 1 && (found[0].begin.x - text.begin.x - shift).abs() < 1e-9, "{found:?}");
+        }
+        // Planted: a sheet that does not show them.
+        assert!(words(Place { column: 2, row: 0 }).is_empty());
     }
 
     #[test]

@@ -1,7 +1,7 @@
 // Drapes lines and points of features on the land that is drawn, and cuts them into pieces that are short on the picture.
 //
-// There is one thread for each segment of a line, and for each point: a block may have a single one, and blocks of a
-// workgroup each would leave most threads idle. A segment is straight on the map. Its part in view is divided evenly, by the size of a pixel at the place that is nearest to the eye, and every
+// There is one thread for each segment of a line, and one for each point. Most blocks of points have one segment, so a
+// workgroup for each block would leave 63 of 64 threads idle. A segment is straight on the map. Its part in view is divided evenly, by the size of a pixel at the place that is nearest to the eye, and every
 // division point gets the height of the surface that the resolve pass computes there (docs/decisions/one-surface.md).
 #import hachure::view::View
 #import hachure::earth::bend

@@ -11,13 +11,13 @@
 // edge to the side of the stroke's continuation, within the distance in which parallel lines are merged, has taken the
 // stroke's place.
 //
-// A line that ends on a slope at both ends, and hides little, is a fold of that slope, as the edge of a moraine. It is
-// drawn as a line within the slope even where it hides some land (samples.wgsl).
+// A contour that no line continues, and that hides little along its length, is a fold of the slope on which it ends, as
+// the edge of a moraine is. It is drawn as a line within the slope even where it hides some land (samples.wgsl).
 #import hachure::chain_lengths::{strokes, counts, chains, chain_length_px}
 #import hachure::stroke_samples::{SampleCounts, class_of, samples_of}
 #import hachure::stroke_style::{FOLD_SHIFT, IS_MET, Point}
 #import hachure::line_step::{OCCLUDING_STEP, SKYLINE_STEP, hidden_behind, step_behind}
-#import hachure::edges::KIND_SUGGESTIVE
+#import hachure::edges::{KIND_CONTOUR, KIND_SUGGESTIVE}
 
 // samples.wgsl resets them to 0.
 @group(0) @binding(4) var<storage, read_write> classes: array<atomic<u32>>;
@@ -105,20 +105,23 @@ fn is_long_enough(number: u32, length_px: f32) -> bool {
     return length_px >= max(strokes.shortest_px, select(0.0, interior_px, steps < 0.5 * f32(places)));
 }
 
-// Returns how much a line is a fold of a slope: 0 to 1.
+// Returns how much a line is a fold of a slope: 0 to 1. Only contours are folds; lines of other kinds are within slopes.
 fn fold(number: u32) -> f32 {
     let chain = chains[number];
     let first = chain.first + number;
     let places = min(chain.count, PLACES);
     var steps = 0.0;
+    var contours = 0u;
     for (var i = 0u; i < places; i++) {
         let at = first + (2u * i + 1u) * chain.count / (2u * places);
+        contours += u32(points[at].kind == KIND_CONTOUR);
         let a = points[at].px;
         let b = points[at + 1u].px;
         let along = (b - a) / max(distance(a, b), 1e-6);
         steps += hidden_behind(depth, 0.5 * (a + b), vec2<f32>(along.y, -along.x));
     }
-    return 1.0 - smoothstep(FOLD_STEPS.x, FOLD_STEPS.y, steps / f32(places));
+    let folded = 1.0 - smoothstep(FOLD_STEPS.x, FOLD_STEPS.y, steps / f32(places));
+    return select(0.0, folded, 2u * contours > places);
 }
 
 @compute @workgroup_size(256)
@@ -139,7 +142,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if chain.is_closed == 0u {
             let last = first + chain.count;
             let met = vec2<u32>(is_met(first, 1, chain.count), is_met(last, -1, chain.count));
-            let folded = select(0.0, fold(id.x), all(met == vec2<u32>(0u)));
+            var folded = 0.0;
+            if all(met == vec2<u32>(0u)) {
+                folded = fold(id.x);
+            }
             points[first].end = met.x * IS_MET | u32(round(255.0 * folded)) << FOLD_SHIFT;
             points[last].end = met.y * IS_MET;
         }

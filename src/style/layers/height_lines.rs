@@ -18,8 +18,8 @@ pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage(
 /// The shader of contour lines, the only one that reads the gaps of numbers.
 pub(crate) const HEIGHT_LINES: &str = "layers/height_lines";
 
-/// A height above all land.
-const NO_SEA_M: f64 = 1e6;
+/// The height of a sea that floods nothing.
+const NO_SEA_M: f64 = -1e6;
 
 /// Every fifth contour line is an index contour, which is wider.
 pub(crate) const LINES_PER_INDEX: f64 = 5.0;
@@ -27,7 +27,7 @@ pub(crate) const LINES_PER_INDEX: f64 = 5.0;
 parameters! {
     /// Contour lines of height; every fifth line is an index contour.
     pub struct HeightLines {
-        /// Whether heights of the land are drawn, or depths of the sea; only a scene says where its sea is.
+        /// Heights of the land, or depths of the sea; `sea` draws nothing unless the scene or `--sea-level` names a sea.
         of called "Land or sea": HeightsOf = HeightsOf::Land;
         /// Colour of the lines.
         ink called "Ink colour": Color = Color::default();
@@ -91,8 +91,7 @@ impl LayerBehaviour for HeightLines {
         let interval_m = f64::from(self.interval_m) * exaggeration;
         let index_interval_m = LINES_PER_INDEX * interval_m;
         // Depths count from the surface of the sea. Without a sea there is nothing below it.
-        let zero_m = if self.of == HeightsOf::Sea { sea_level_m.unwrap_or(-NO_SEA_M) } else { 0.0 };
-        let highest_m = if self.of == HeightsOf::Sea { zero_m - origin_m.z } else { NO_SEA_M };
+        let zero_m = if self.of == HeightsOf::Sea { sea_level_m.unwrap_or(NO_SEA_M) } else { 0.0 };
         let rules = HeightLineRules {
             interval_m: interval_m as f32,
             phase_m: (origin_m.z - zero_m).rem_euclid(index_interval_m) as f32,
@@ -101,7 +100,7 @@ impl LayerBehaviour for HeightLines {
             form_px: self.form_px,
             index: LINES_PER_INDEX as f32,
             in_sea: u32::from(self.of == HeightsOf::Sea),
-            highest_m: highest_m as f32,
+            sea_m: (zero_m - origin_m.z) as f32,
             steepest: if self.steepest_deg < 90.0 { self.steepest_deg.to_radians().tan() } else { 1e9 },
         };
         let rules = bytemuck::bytes_of(&rules).to_vec();

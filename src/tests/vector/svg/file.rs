@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use hachure::file::svg::{Layer, Stroke, Unit, write_svg};
+use hachure::file::svg::{Layer, Stroke, Text, Unit, write_svg};
 use hachure::lines::strokes::polylines::EdgeKind;
 use hachure::vector::DrawingReport;
 use hachure::vector::sheet::Sheet;
-use kurbo::{BezPath, Point, Shape};
+use kurbo::{Affine, BezPath, Point, Shape};
 use roxmltree::Document;
 
-use super::{SIZE_PX, drawing, hill, read, settings, strokes_of, written};
+use super::{SIZE_PX, drawing, hill, read, settings, strokes_of, written, written_layers};
 use crate::tests::common::full;
 use crate::tests::vector::polyline;
 
@@ -137,6 +137,42 @@ fn nothing_to_draw_is_a_file_without_paths() {
     let document = Document::parse(&text).unwrap();
     let of = |name: &str| document.descendants().find(|node| node.has_tag_name(name)).and_then(|node| node.text());
     assert_eq!((of("title"), of("desc")), (Some("hills & <\"valleys\">?"), Some("one two")));
+}
+
+/// Tests that words are transparent text whose baseline begins, ends and turns where that of their letters does.
+#[test]
+fn words_lie_over_their_letters() {
+    let text = |begin: [f64; 2], along: [f64; 2]| Text {
+        words: "a & b".to_owned(),
+        begin: Point::new(begin[0], begin[1]),
+        along: kurbo::Vec2::new(along[0], along[1]),
+        height: 7.0,
+    };
+    let settings = settings(Sheet { size: [100.0; 2], unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] });
+    let layer = |texts: Vec<Text>| Layer {
+        kind: "mark",
+        pen: None,
+        id: "names".to_owned(),
+        label: "Names".to_owned(),
+        ink: None,
+        strokes: Vec::new(),
+        fills: Vec::new(),
+        texts,
+    };
+    // The second reads upward; text without a length has none.
+    let texts = vec![text([10.0, 20.0], [30.0, 0.0]), text([50.0, 60.0], [0.0, -40.0]), text([1.0, 1.0], [0.0, 0.0])];
+    let file = written_layers(vec![layer(texts)], &settings);
+    let document = Document::parse(&file).unwrap();
+    let found: Vec<_> = document.descendants().filter(|node| node.has_tag_name("text")).collect();
+    let of = |number: usize, name: &str| found[number].attribute(name).unwrap_or_default();
+    assert_eq!((found.len(), found[0].text()), (2, Some("a & b")));
+    assert_eq!([of(0, "x"), of(0, "y"), of(0, "textLength"), of(0, "transform")], ["10", "20", "30", ""]);
+    assert_eq!([of(1, "textLength"), of(1, "transform")], ["40", "rotate(-90 50 60)"]);
+    assert_eq!([of(0, "font-size"), of(0, "fill-opacity")], ["10", "0"]);
+    // Twice as large and moved, as on paper; and the box around it.
+    let placed = text([10.0, 20.0], [30.0, 0.0]).placed(Affine::translate((5.0, 0.0)) * Affine::scale(2.0));
+    assert_eq!(placed, Text { height: 14.0, ..text([25.0, 40.0], [60.0, 0.0]) });
+    assert_eq!(text([50.0, 60.0], [0.0, -40.0]).around(), kurbo::Rect::new(43.0, 20.0, 50.0, 60.0));
 }
 
 #[test]
