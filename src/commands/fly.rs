@@ -25,6 +25,7 @@ use crate::frame::Antialias;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
 use crate::scene::ranges;
+use crate::scene::stereo::Eyes;
 
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
@@ -95,6 +96,12 @@ pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if args.vr && !args.labels.is_empty() {
         let option = args.labels.option();
         return Err(Misuse(format!("{option}: a headset has no labels yet; leave out the option or --vr")).into());
+    }
+    if !args.labels.is_empty() && matches!(args.stereo.eyes(), Eyes::Anaglyph | Eyes::GreyAnaglyph) {
+        let option = args.labels.option();
+        tracing::warn!(
+            "{option}: an anaglyph in a window has no labels; they appear when Eyes in the panel is set to another pair"
+        );
     }
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }

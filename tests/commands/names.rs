@@ -98,7 +98,7 @@ fn names_are_groups_of_a_drawing() {
     };
     assert!(words(&none).is_empty() && words(&heights).len() == 3, "{:?}", words(&heights));
     assert!(words(&main).iter().all(|text| text.starts_with("Peak 0 ")) && words(&all).len() > words(&main).len());
-    let pens = draw("pens.svg", &[map[0], "--names", "peaks.geojson", "--pens", "0.3"]);
+    let pens = draw("pens.svg", &[map[0], "--names", "peaks.geojson", "--pens", "1"]);
     assert!(words(&pens).is_empty() && pens.contains("id=\"names-pen-1\""));
     // Everything that labels depend on is in the imprint.
     place.text(&["render", "--like", "main.svg", "-o", "again.svg"]);

@@ -188,19 +188,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // A mean over three positions, so that single pixels do not cause knots.
     let kind_part = (width_of(before.kind) + width_of(at.kind) + width_of(after.kind)) / 3.0;
     var ranked = Rank(1.0, 1.0);
+    var folded = 0.0;
     if strokes.occluding_width < 1.0 || strokes.interior_width < 1.0 {
         // The border of the land is a skyline where it is seen from the side, and only an edge of the sheet from above;
         // outlines that close gaps of it have the kind of contours.
         let from_above = smoothstep(FROM_ABOVE.x, FROM_ABOVE.y, -normalize(ray_at(view, at.px)).z);
         ranked = rank_around(first, last, at_units, length_units, at.kind == KIND_BORDER, 1.0 - from_above);
         // A fold of a slope is the faintest line within it, unless both ends are off the sheet.
-        let folded = select(fold_of(points[first]), 0.0, all(is_off) || is_closed);
+        folded = select(fold_of(points[first]), 0.0, all(is_off) || is_closed);
         let fold_width = min(ranked.width, FOLD_WIDTH * strokes.interior_width);
         ranked.width = mix(ranked.width, fold_width, folded);
     }
-    // A line that hides little is not broader for being near, and ends in long tapers: it fades into the slope. A stroke
-    // that is shorter than its tapers tapers faster.
-    let near_part = mix(1.0, mix(min(nearness, 1.0), nearness, ranked.hiding), strokes.depth_width);
+    // A line that hides little, or is a fold, is not broader for being near. One that hides little ends in long tapers: it
+    // fades into the slope. A stroke that is shorter than its tapers tapers faster.
+    let near_part = mix(1.0, mix(min(nearness, 1.0), nearness, ranked.hiding * (1.0 - folded)), strokes.depth_width);
     let taper_px = min(strokes.taper_px * mix(LONG_TAPER, 1.0, ranked.hiding), select(0.5, 1.0, any(is_off | is_met)) * length_units / UNITS_PER_PX);
     let pressure = select(clamp((from_lift_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let wide_px = strokes.half_width_px * near_part * ranked.width * kind_part * (1.0 + strokes.curve_width * bend);
