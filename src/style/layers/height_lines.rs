@@ -50,7 +50,7 @@ parameters! {
 }
 
 choices! {
-    /// What contour lines show.
+    /// The surface whose heights the contour lines connect.
     pub enum HeightsOf {
         /// Heights of the land. Lakes and the sea have no lines.
         Land,

@@ -146,8 +146,7 @@ pub(crate) trait LayerBehaviour {
     /// Returns the inks of the layer, from the bottom to the top; none if it draws nothing.
     fn inks(&self) -> Vec<Ink>;
 
-    /// Returns the pass that draws the layer. Kinds without one have passes of their own, which
-    /// `frame/passes.rs` calls.
+    /// Returns the pass that draws the layer. `frame/passes.rs` draws layers of kinds that have none.
     fn pass(&self, _land: LandOfPass) -> Option<InkPass> {
         None
     }
