@@ -16,6 +16,9 @@ use hachure::tones::masses::{MassCell, Masses};
 const SIZE_PX: [u32; 2] = [480, 270];
 /// Keys of `[light]` and `[tone]` of land in planes with edited masses, of the form alone, and of planes alone.
 const EDITED: [&str; 2] = ["form_px = 6\nplanes_px = 48", "smallest_share = 0.015"];
+/// The light of the presets with stepped colours.
+const OF_PRESETS: [&str; 2] =
+    ["form_px = 6\nplanes_px = 28\nshadow = 0.7\nocclusion = 0.5\ncrests = 0.5\nturn_deg = 20", EDITED[1]];
 const OF_FORM: [&str; 2] = ["form_px = 14\ndetail = 0.15", ""];
 const PLANES: [&str; 2] = [EDITED[0], ""];
 
@@ -93,7 +96,7 @@ fn no_mass_is_small_and_borders_are_short() {
     let mut planted = 0.0_f64;
     let cameras = ["0,-9000,+900,10,-14,50", "3000,2000,+1500,200,-20,50", "-6000,4000,+2500,120,-18,50"];
     for camera in cameras.into_iter().take(if common::full() { 3 } else { 1 }) {
-        let [edited, of_form, planes] = [EDITED, OF_FORM, PLANES].map(|keys| {
+        let [edited, presets, of_form, planes] = [EDITED, OF_PRESETS, OF_FORM, PLANES].map(|keys| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
             measured(&steps(&mut world, &mut renderer, &style(keys), camera))
         });
@@ -102,9 +105,12 @@ fn no_mass_is_small_and_borders_are_short() {
              borders of {} px, {} px, {} px",
             edited.small, of_form.small, planes.small, edited.border, of_form.border, planes.border
         );
+        println!("light of presets: small masses cover {:.4}; borders of {} px", presets.small, presets.border);
         // A mass that hangs together by one cell may be two of pixels.
-        assert!(edited.small < 0.003, "small masses cover {}", edited.small);
-        assert!(edited.border as f64 <= 0.6 * of_form.border as f64);
+        for drawn in [&edited, &presets] {
+            assert!(drawn.small < 0.003, "small masses cover {}", drawn.small);
+            assert!(drawn.border as f64 <= 0.6 * of_form.border as f64);
+        }
         planted = planted.max(planes.small);
     }
     // Planted error: masses that are not edited.
