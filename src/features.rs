@@ -34,7 +34,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 pub(crate) use self::error::FeatureError;
-pub(crate) use self::model::{Attributes, Feature, Geometry, Value};
+pub(crate) use self::model::{Area, Attributes, Feature, Geometry, Position, Value};
 pub(crate) use self::on_land::{OnLand, OnLandError};
 pub(crate) use self::summary::{CrsOrigin, Layer, Summary};
 
@@ -42,10 +42,7 @@ use self::error::Cause;
 use self::format::Format;
 use self::sink::Sink;
 #[cfg(test)]
-use self::{
-    model::{Area, Position},
-    summary::{Reason, Skipped},
-};
+use self::summary::{Reason, Skipped};
 
 /// Largest number of positions in one feature; 800 MB of memory. The largest polygon of OpenStreetMap's coastlines has
 /// a third of it.

@@ -12,7 +12,7 @@ use crate::scene::{FeatureFile, Graticule, ImageFile, Scene};
 /// Which features and images are drawn on the land.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LayerArgs {
-    /// Draw the points, lines and outlines of areas of this file on the land: GeoJSON, GPX, CSV with coordinates, GeoPackage
+    /// Draw the points, lines and areas of this file on the land: GeoJSON, GPX, CSV with coordinates, GeoPackage
     /// or FlatGeobuf, in any reference system. All layers of the file are drawn; `--set features.file=LAYER` draws one.
     /// May be repeated, and adds to the files of the scene. `--set features.ink=#204080` and other values of that layer
     /// of the style say how features look

@@ -181,6 +181,9 @@ pub(crate) struct RenderArgs {
     /// higher land
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
     pub saddles: Option<u32>,
+    /// On a --map, label up to this many lakes with the heights of their level water, the largest first
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u32>(ranges::PEAKS))]
+    pub lakes: Option<u32>,
     /// Frame a --map: a border with ticks and labels at round coordinates, in the reference system of the height file.
     /// With --paper or --dpi, a map of all of the land is reduced to the next round scale, such as 1 : 50 000
     #[arg(long = "map-frame")]
@@ -555,6 +558,12 @@ fn run_with(
     }
     if let Some(left_out) = left_out {
         tracing::warn!("{}: leaves out {left_out} of the style", named(&args.output));
+    }
+    if !is_on_earth && job.leaves_out_tints() {
+        tracing::warn!(
+            "{}: leaves out the tints of areas; features.hatch_px (--set features.hatch_px=6) fills them with lines",
+            named(&args.output)
+        );
     }
     if host.is_given() {
         job.world.scene = opened_scene;

@@ -1,14 +1,17 @@
-//! Features on the land: points, lines and outlines of areas of the files that a scene lists or `--layer` names.
+//! Features on the land: points, lines and areas of the files that a scene lists or `--layer` names.
 //!
 //! ```text
 //! features ─▶ read: lines on the land ─▶ tree: levels of detail ─▶ resident: blocks in view on the GPU ─▶ lines/draped
+//!                   └─▶ areas on the land ─▶ areas: cells with edges ──────────────────────────────────────────▲
 //! ```
 //!
 //! Lines are kept as they are in the file, flat on the map. For each view, blocks of 64 points or fewer are chosen whose
-//! error is below a fraction of a pixel, and sent to the GPU, where they get their heights.
+//! error is below a fraction of a pixel, and sent to the GPU, where they get their heights. Areas are on the GPU as a whole;
+//! a pixel finds out which of them it is in.
 //!
 //! Why: `docs/decisions/features.md`.
 
+mod areas;
 mod graticule;
 mod read;
 mod resident;
@@ -18,8 +21,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec2;
 
+use self::areas::AreaTree;
 pub(crate) use self::read::DrapedError;
-pub(crate) use self::resident::{LandInView, Resident, ResidentBlocks};
+pub(crate) use self::resident::{LandInView, Resident, ResidentFill, ResidentLayer};
 pub(crate) use self::tree::BLOCK_POINTS;
 use self::tree::{LineTree, Sight};
 use crate::features::Attributes;
@@ -37,7 +41,9 @@ const KEPT_RULES: usize = 16;
 /// The features of a world.
 pub(crate) struct Draped {
     tree: LineTree,
-    /// The source, the kind and the attributes of each line and point of `tree`.
+    /// The areas; `None` if there are none.
+    areas: Option<AreaTree>,
+    /// The source, the kind and the attributes of each line and point of `tree`, and of each area.
     parts: Vec<Part>,
     /// Names of files and layers, in lower case.
     sources: Vec<Source>,
@@ -66,7 +72,7 @@ impl Source {
     }
 }
 
-/// A line or a point of the tree.
+/// A line or a point of the tree, or an area.
 struct Part {
     kind: PartKind,
     /// Index into [`Draped::sources`].
@@ -81,6 +87,8 @@ enum PartKind {
     Line,
     /// The outline of an area, or of a hole in one.
     Ring,
+    /// What the rings of a feature enclose.
+    Area,
 }
 
 /// Which parts a layer of a style draws.
@@ -92,6 +100,8 @@ struct Rule {
     /// Whether lines have a width, and points a diameter.
     has_lines: bool,
     has_points: bool,
+    /// Whether areas are filled.
+    has_fill: bool,
 }
 
 impl Rule {
@@ -102,6 +112,7 @@ impl Rule {
             of: layer.of,
             has_lines: layer.line_px > 0.0,
             has_points: layer.point_px > 0.0,
+            has_fill: layer.fill > 0.0,
         }
     }
 
@@ -110,9 +121,13 @@ impl Rule {
             FeatureKinds::All => true,
             FeatureKinds::Points => part.kind == PartKind::Point,
             FeatureKinds::Lines => part.kind == PartKind::Line,
-            FeatureKinds::Areas => part.kind == PartKind::Ring,
+            FeatureKinds::Areas => matches!(part.kind, PartKind::Ring | PartKind::Area),
         };
-        let has_size = if part.kind == PartKind::Point { self.has_points } else { self.has_lines };
+        let has_size = match part.kind {
+            PartKind::Point => self.has_points,
+            PartKind::Line | PartKind::Ring => self.has_lines,
+            PartKind::Area => self.has_fill,
+        };
         let source = sources.get(part.source as usize);
         is_of_kind
             && has_size
@@ -149,6 +164,11 @@ impl Draped {
         [has(false), has(true)]
     }
 
+    /// Returns whether a layer of a style has areas to fill.
+    pub(crate) fn fills_any(&self, layer: &Features) -> bool {
+        self.filled_by(&Rule::of(layer)).is_some()
+    }
+
     /// Returns what is wrong with the layers of a style, each as a clause: names of files and attributes that do not exist,
     /// and features that no layer draws.
     pub(crate) fn doubts(&self, layers: &[&Features]) -> Vec<String> {
@@ -181,6 +201,24 @@ impl Draped {
             doubts.push(format!("features: no layer of the style draws {name}; add one with file = {name}"));
         }
         doubts
+    }
+
+    /// Returns the areas and, for each of them, a bit in words of 32: whether a layer of a style fills it. `None` if it
+    /// fills none.
+    fn filled_by(&self, rule: &Rule) -> Option<(&AreaTree, Vec<u32>)> {
+        let areas = self.areas.as_ref().filter(|_| rule.has_fill)?;
+        let drawn = self.drawn_by(rule);
+        let mut words = vec![0_u32; drawn.len().div_ceil(32)];
+        for (index, _) in self
+            .parts
+            .iter()
+            .zip(&*drawn)
+            .enumerate()
+            .filter(|(_, (part, is_drawn))| part.kind == PartKind::Area && **is_drawn)
+        {
+            words[index / 32] |= 1 << (index % 32);
+        }
+        words.iter().any(|word| *word != 0).then_some((areas, words))
     }
 
     /// Returns which parts a layer of a style draws.

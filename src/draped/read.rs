@@ -6,10 +6,13 @@ use std::sync::{Arc, Mutex};
 
 use glam::DVec2;
 
+use super::areas::{AreaRings, AreaTree, MOST_EDGES, MOST_OF_CELL};
 use super::graticule::{self, GridLine};
 use super::tree::LineTree;
 use super::{Draped, Part, PartKind, Source};
-use crate::features::{self, Attributes, Choice, Feature, FeatureError, Geometry, OnLand, OnLandError, Summary, Value};
+use crate::features::{
+    self, Area, Attributes, Choice, Feature, FeatureError, Geometry, OnLand, OnLandError, Position, Summary, Value,
+};
 use crate::file::message::named;
 use crate::scene::{FeatureFile, Graticule};
 use crate::source::georeference::Georeference;
@@ -54,6 +57,11 @@ pub enum DrapedError {
 #[derive(Default)]
 struct Found {
     lines: Vec<(u32, Vec<DVec2>)>,
+    areas: Vec<AreaRings>,
+    /// Number of places of `areas`.
+    area_places: usize,
+    /// South-west and north-east corner of a rectangle around the land, in metres of the world, once a file has been read.
+    around_m: Option<[DVec2; 2]>,
     parts: Vec<Part>,
     sources: Vec<Source>,
     positions: usize,
@@ -93,8 +101,25 @@ impl Draped {
         if let Some(graticule) = graticule {
             found.rule(graticule, place, samples).map_err(|cause| DrapedError::Graticule { graticule, cause })?;
         }
-        let Found { lines, parts, sources, .. } = found;
-        Ok(Self { tree: LineTree::new(lines), parts, sources, rules: Mutex::default() })
+        let Found { lines, areas, area_places, around_m, parts, sources, .. } = found;
+        let areas = if area_places > MOST_EDGES {
+            tracing::warn!(
+                "features: areas are not filled, only outlined: their outlines have {area_places} points on the land, and \
+                 hachure can fill at most {MOST_EDGES}; simplify them, for example with ogr2ogr -simplify"
+            );
+            None
+        } else {
+            around_m.and_then(|around_m| AreaTree::new(&areas, around_m))
+        };
+        let is_crowded = areas.as_ref().is_some_and(|areas| areas.most_edges > MOST_OF_CELL);
+        if is_crowded {
+            tracing::warn!(
+                "features: areas are not filled, only outlined: more than {MOST_OF_CELL} outlines run through one place; draw \
+                 fewer, for example with ogr2ogr -where"
+            );
+        }
+        let areas = areas.filter(|_| !is_crowded);
+        Ok(Self { tree: LineTree::new(lines), areas, parts, sources, rules: Mutex::default() })
     }
 }
 
@@ -118,6 +143,7 @@ impl Found {
     ) -> Result<(), DrapedError> {
         let summary = features::survey(path, choice)?;
         let land = OnLand::new(path, summary.crs.as_ref(), place, samples)?;
+        self.around_m = Some(land.around_m());
         let stem = path.file_stem().map(|stem| stem.to_string_lossy().to_lowercase()).unwrap_or_default();
         let first_source = self.sources.len() as u32;
         let attributes: Vec<String> = summary.attributes.iter().map(|attribute| attribute.name.to_string()).collect();
@@ -191,10 +217,18 @@ impl Found {
             Geometry::Areas(areas) => {
                 let rings = areas.iter().flat_map(|area| std::iter::once(&area.outer).chain(&area.holes));
                 for ring in rings {
-                    let closed = ring.iter().chain(ring.first());
-                    for part in land.clipped(closed.map(|at| land.grid(at))) {
+                    // As for the fill, so that both have one border.
+                    let near = land.near(ring);
+                    let closed = near.iter().chain(near.first());
+                    for part in land.clipped(closed.map(|at| land.grid(&[at.x, at.y, f64::NAN]))) {
                         add(PartKind::Ring, in_world(part));
                     }
+                }
+                let rings: Vec<Vec<DVec2>> = areas.iter().flat_map(|area| rings_of(area, land)).collect();
+                if !rings.is_empty() {
+                    self.area_places += rings.iter().map(Vec::len).sum::<usize>();
+                    self.areas.push(AreaRings { area: self.parts.len() as u32, rings });
+                    self.parts.push(Part { kind: PartKind::Area, source, attributes: Arc::clone(&attributes) });
                 }
             }
         }
@@ -202,6 +236,25 @@ impl Found {
             self.attribute_bytes += attributes.bytes();
         }
     }
+}
+
+/// Returns the rings of an area that enclose land, in metres of the world: the outer one counter-clockwise and holes
+/// clockwise, whatever their direction in the file.
+fn rings_of(area: &Area, land: &OnLand) -> Vec<Vec<DVec2>> {
+    let ring = |positions: &[Position], is_hole: bool| {
+        let grid = land.clipped_area(positions);
+        let mut ring: Vec<DVec2> = grid.into_iter().map(|grid| land.world_m(grid)).collect();
+        let next = ring.iter().cycle().skip(1);
+        // Relative to one of them, so that little is lost to rounding.
+        let first_m = ring.first().copied().unwrap_or_default();
+        let doubled_m2: f64 = ring.iter().zip(next).map(|(a, b)| (*a - first_m).perp_dot(*b - first_m)).sum();
+        if (doubled_m2 < 0.0) != is_hole {
+            ring.reverse();
+        }
+        (doubled_m2 != 0.0).then_some(ring)
+    };
+    let holes = area.holes.iter().filter_map(|hole| ring(hole, true));
+    ring(&area.outer, false).into_iter().chain(holes).collect()
 }
 
 /// Reports what a file has that could not be read.

@@ -5,9 +5,11 @@ use std::sync::Arc;
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
+use super::areas::{AreaPosition, AreaTree};
 use super::tree::BLOCK_POINTS;
-use super::{Draped, DrawnBlock, PartKind};
+use super::{Draped, DrawnBlock, KEPT_RULES, PartKind, Rule};
 use crate::gpu::Gpu;
+use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::wgsl::lines::draped::pieces::DrapedPoint;
 use crate::scene::view::Rig;
@@ -16,6 +18,12 @@ use crate::tiles::earth_curvature::EarthCurvature;
 
 /// Points of blocks.
 const POINTS: BufferKind = BufferKind::storage("draped points");
+/// Areas, and a bit for each of them.
+const AREA_CELLS: BufferKind = BufferKind::storage("cells of areas");
+const AREA_EDGES: BufferKind = BufferKind::storage("edges of areas");
+const AREA_OWNERS: BufferKind = BufferKind::storage("areas of edges");
+const AREA_COVERS: BufferKind = BufferKind::storage("areas of cells");
+const AREAS_FILLED: BufferKind = BufferKind::storage("filled areas");
 /// Largest number of blocks of all layers in a view: 32 MB of points. Each point of a file is a block.
 const MOST_BLOCKS: usize = 1 << 15;
 /// Least number of slots.
@@ -35,7 +43,17 @@ pub(crate) struct Resident {
     /// Whether a view with too many blocks has been reported.
     has_warned: bool,
     /// The blocks that each layer of the last view's style draws.
-    layers: Vec<Vec<BlockInView>>,
+    layers: Vec<LayerInView>,
+    /// The areas, once a layer has filled any.
+    areas: Option<AreaBuffers>,
+    /// The areas that layers fill; `None` for a layer that fills none.
+    filled: Vec<(Rule, Option<Buffer>)>,
+}
+
+/// What a layer of the last view's style draws.
+struct LayerInView {
+    blocks: Vec<BlockInView>,
+    filled: Option<Buffer>,
 }
 
 /// The land of a view.
@@ -65,10 +83,62 @@ pub(crate) struct BlockInView {
     pub count: u32,
 }
 
-/// The blocks of a layer, and the buffer with their points.
-pub(crate) struct ResidentBlocks<'a> {
+/// What a layer draws: lines, points and filled areas.
+pub(crate) struct ResidentLayer<'a> {
     pub blocks: &'a [BlockInView],
-    pub points: &'a Buffer,
+    /// The points of the blocks; `None` if no layer has any.
+    pub points: Option<&'a Buffer>,
+    pub fill: Option<ResidentFill<'a>>,
+}
+
+/// The areas of a world, and which of them a layer fills.
+pub(crate) struct ResidentFill<'a> {
+    areas: &'a AreaTree,
+    buffers: &'a AreaBuffers,
+    filled: &'a Buffer,
+}
+
+/// The areas of a world on the GPU.
+struct AreaBuffers {
+    cells: Buffer,
+    edges: Buffer,
+    owners: Buffer,
+    covers: Buffer,
+}
+
+impl AreaBuffers {
+    fn new(gpu: &Gpu, areas: &AreaTree) -> Self {
+        Self {
+            cells: Buffer::with(gpu, &AREA_CELLS, &areas.cells),
+            edges: Buffer::with(gpu, &AREA_EDGES, &areas.edges),
+            owners: Buffer::with(gpu, &AREA_OWNERS, &areas.owners),
+            covers: Buffer::with(gpu, &AREA_COVERS, &areas.covers),
+        }
+    }
+}
+
+impl ResidentFill<'_> {
+    /// Returns the position of a place of the world.
+    pub(crate) fn position(&self, at_m: DVec2) -> AreaPosition {
+        self.areas.position(at_m)
+    }
+
+    /// Returns the length of a unit in metres, and the binary logarithm of the width of the largest cell in units.
+    pub(crate) fn unit(&self) -> (f64, u32) {
+        (self.areas.unit_m(), self.areas.root_bits)
+    }
+
+    /// Returns the buffers by the names of the shader.
+    pub(crate) fn resources(&self) -> [Named; 5] {
+        let AreaBuffers { cells, edges, owners, covers } = self.buffers;
+        [
+            ("cells", cells.binding()),
+            ("edges", edges.binding()),
+            ("owners", owners.binding()),
+            ("covers", covers.binding()),
+            ("filled", self.filled.binding()),
+        ]
+    }
 }
 
 impl Resident {
@@ -81,12 +151,19 @@ impl Resident {
             views: 0,
             has_warned: false,
             layers: Vec::new(),
+            areas: None,
+            filled: Vec::new(),
         }
     }
 
     /// Returns whether there are features of files, and whether there is a graticule.
     pub(crate) fn has_features_and_graticule(&self) -> [bool; 2] {
         self.draped.has_features_and_graticule()
+    }
+
+    /// Returns whether a layer of a style has areas to fill.
+    pub(crate) fn fills_any(&self, layer: &Features) -> bool {
+        self.draped.fills_any(layer)
     }
 
     /// Returns what is wrong with the layers of a style, each as a clause.
@@ -135,7 +212,31 @@ impl Resident {
             let count = tree.points(tree.blocks().get(block.index as usize)?).len() as u32;
             Some(BlockInView { origin_m: block.origin_m, first: slot * BLOCK_POINTS as u32, count })
         };
-        self.layers = chosen.iter().map(|blocks| blocks.iter().filter_map(placed).collect()).collect();
+        let blocks: Vec<Vec<BlockInView>> =
+            chosen.iter().map(|blocks| blocks.iter().filter_map(placed).collect()).collect();
+        let mut in_view = Vec::with_capacity(layers.len());
+        for (blocks, layer) in blocks.into_iter().zip(layers) {
+            in_view.push(LayerInView { blocks, filled: self.filled_by(gpu, layer) });
+        }
+        self.layers = in_view;
+    }
+
+    /// Returns which areas a layer fills, and sends areas to the GPU for the first layer that fills any.
+    fn filled_by(&mut self, gpu: &Gpu, layer: &Features) -> Option<Buffer> {
+        let rule = Rule::of(layer);
+        if let Some((_, filled)) = self.filled.iter().find(|(known, _)| *known == rule) {
+            return filled.clone();
+        }
+        let draped = Arc::clone(&self.draped);
+        let filled = draped.filled_by(&rule).map(|(areas, bits)| {
+            self.areas.get_or_insert_with(|| AreaBuffers::new(gpu, areas));
+            Buffer::with(gpu, &AREAS_FILLED, &bits)
+        });
+        if self.filled.len() >= KEPT_RULES {
+            self.filled.remove(0);
+        }
+        self.filled.push((rule, filled.clone()));
+        filled
     }
 
     /// Sends blocks into the slots that have not been used for longest.
@@ -183,8 +284,11 @@ impl Resident {
     }
 
     /// Returns what a layer of the last view's style draws. `number` is that of the layer among those of its kind.
-    pub(crate) fn layer(&self, number: usize) -> Option<ResidentBlocks<'_>> {
-        let blocks = self.layers.get(number).filter(|blocks| !blocks.is_empty())?;
-        Some(ResidentBlocks { blocks, points: self.points.as_ref()? })
+    pub(crate) fn layer(&self, number: usize) -> Option<ResidentLayer<'_>> {
+        let LayerInView { blocks, filled } = self.layers.get(number)?;
+        let fill = self.draped.areas.as_ref().zip(self.areas.as_ref()).zip(filled.as_ref());
+        let fill = fill.map(|((areas, buffers), filled)| ResidentFill { areas, buffers, filled });
+        let has_any = !blocks.is_empty() || fill.is_some();
+        has_any.then_some(ResidentLayer { blocks, points: self.points.as_ref(), fill })
     }
 }

@@ -95,7 +95,7 @@ pub(super) fn draw_features(
         view: at_eye.view,
         terrain: &terrain.resources(),
         style: layer,
-        blocks: features.layer(number),
+        layer: features.layer(number),
         origin_m: inputs.rig.origin_m,
         distance: at_eye.distance,
         normal: at_eye.normal,

@@ -1,15 +1,16 @@
-//! Draws points, lines and outlines of features on the land. See `shaders/lines/draped/`.
+//! Draws points, lines and areas of features on the land. See `shaders/lines/draped/`.
 //!
 //! Why: `docs/decisions/features.md`.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::draped::{BLOCK_POINTS, ResidentBlocks};
+use crate::draped::{BLOCK_POINTS, ResidentFill, ResidentLayer};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::{Draw, greatest};
-use crate::gpu::recorder::{Attachments, Clears, Recorder};
+use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
 use crate::gpu::target::{Group, Target, TargetKind};
+use crate::gpu::wgsl::lines::draped::fill::{FINEST, FillRules};
 use crate::gpu::wgsl::lines::draped::pieces::{DrapedBlock, SEGMENT_BITS};
 use crate::gpu::wgsl::shared::draped::DrapedRules;
 use crate::style::Features;
@@ -23,6 +24,11 @@ pub(crate) const FEATURE_INK: TargetKind =
 
 const STRIPS: Draw =
     Draw { colors: [greatest(INK_FORMAT), None, None, None, None], ..Draw::triangles("lines/draped/draw") };
+/// Draws one triangle over the whole picture.
+const FILL: Draw =
+    Draw { colors: [greatest(INK_FORMAT), None, None, None, None], ..Draw::triangles("lines/draped/fill") };
+/// Least distance of the lines that hatch areas, in pixels.
+const LEAST_HATCH_PX: f32 = 3.0;
 const CUT: &str = "lines/draped/pieces";
 
 /// Blocks of lines in view.
@@ -52,7 +58,7 @@ pub(crate) struct Inputs<'a> {
     pub terrain: &'a [Named],
     pub style: &'a Features,
     /// `None` if nothing is in view.
-    pub blocks: Option<ResidentBlocks<'a>>,
+    pub layer: Option<ResidentLayer<'a>>,
     /// The rig's origin in the world.
     pub origin_m: DVec3,
     pub distance: &'a Target,
@@ -61,13 +67,70 @@ pub(crate) struct Inputs<'a> {
     pub ink: &'a Target,
 }
 
-/// Draws the features on a cleared target.
+/// Draws the features on a cleared target: areas, and lines and points on them.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let on = Attachments { colors: &[inputs.ink], depth: None, clears: Clears::All };
-    if inputs.blocks.is_none() && !recorder.prewarms() {
-        recorder.render(STRIPS.name, &[], on, |_| {});
-        return;
+    let mut on = Attachments { colors: &[inputs.ink], depth: None, clears: Clears::All };
+    let fill = inputs.layer.as_ref().and_then(|layer| layer.fill.as_ref());
+    if fill.is_some() || recorder.prewarms() {
+        let drawing = filling(recorder, inputs, fill);
+        recorder.render(FILL.name, &[&drawing], on, |pass| {
+            drawing.set(pass);
+            pass.draw(0..3, 0..1);
+        });
+        on.clears = Clears::Nothing;
     }
+    let has_blocks = inputs.layer.as_ref().is_some_and(|layer| !layer.blocks.is_empty());
+    if has_blocks || recorder.prewarms() {
+        let (drawing, arguments) = cut(recorder, inputs);
+        recorder.render(STRIPS.name, &[&drawing], on, |pass| {
+            drawing.set(pass);
+            pass.draw_indirect(&arguments.raw, 0);
+        });
+    } else if fill.is_none() {
+        recorder.render(STRIPS.name, &[], on, |_| {});
+    }
+}
+
+/// Returns the drawing that fills areas; without areas only for its pipeline.
+fn filling(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, fill: Option<&ResidentFill<'_>>) -> Drawing {
+    let style = inputs.style;
+    let origin_m = inputs.origin_m.truncate();
+    // Lines that are closer would not have their ink.
+    let hatch_px = if style.hatch_px > 0.0 { style.hatch_px.max(LEAST_HATCH_PX) } else { 0.0 };
+    let mut rules = FillRules { fill: style.fill, hatch_px, ..FillRules::default() };
+    if let Some(fill) = fill {
+        let position = fill.position(origin_m);
+        let (unit_m, root_bits) = fill.unit();
+        rules.origin = position.units.to_array();
+        rules.rest_m = position.rest_m.as_vec2().to_array();
+        rules.unit_m = unit_m as f32;
+        rules.root_bits = root_bits;
+    }
+    // Azimuths are clockwise from north.
+    let (east, north) = f64::from(style.hatch_deg).to_radians().sin_cos();
+    let across = DVec2::new(north, -east);
+    rules.across = across.as_vec2().to_array();
+    if hatch_px > 0.0 {
+        let lines = origin_m.dot(across) / (f64::from(hatch_px) * f64::from(FINEST).exp2());
+        // The shader counts modulo 2^32.
+        rules.line = lines.floor() as i64 as u32;
+        rules.line_rest = (lines - lines.floor()) as f32;
+    }
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("rules", recorder.uniform("fill rules", &rules)),
+        ("distance_m", inputs.distance.into()),
+        ("normal", inputs.normal.into()),
+    ];
+    if let Some(fill) = fill {
+        resources.extend(fill.resources());
+    }
+    resources.extend_from_slice(inputs.terrain);
+    recorder.drawing(&FILL, &resources)
+}
+
+/// Cuts lines into pieces, and returns the drawing of these with its arguments.
+fn cut(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> (Drawing, Buffer) {
     let blocks = blocks(inputs);
     let count = blocks.len() as u32;
     let capacity = count.saturating_mul(PIECES_OF_BLOCK).clamp(LEAST_PIECES, MOST_PIECES);
@@ -91,7 +154,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let groups = (segments.len() as u32).div_ceil(GROUP_THREADS);
     let segments = recorder.upload(&SEGMENTS, &segments);
     let blocks = recorder.upload(&BLOCKS, &blocks);
-    let points = inputs.blocks.as_ref().map_or_else(|| blocks.clone(), |blocks| Buffer::clone(blocks.points));
+    let points = inputs.layer.as_ref().and_then(|layer| layer.points).map_or_else(|| blocks.clone(), Buffer::clone);
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("rules", rules.clone()),
@@ -110,11 +173,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
     ];
-    let drawing = recorder.drawing(&STRIPS, &resources);
-    recorder.render(STRIPS.name, &[&drawing], on, |pass| {
-        drawing.set(pass);
-        pass.draw_indirect(&drawn.raw, 0);
-    });
+    (recorder.drawing(&STRIPS, &resources), drawn)
 }
 
 /// Returns all segments of blocks, as the threads of the pass read them; at least one.
@@ -128,7 +187,7 @@ fn segments(blocks: &[DrapedBlock]) -> Vec<u32> {
 
 /// Returns the blocks relative to the rig; one without points if there are none.
 fn blocks(inputs: &Inputs<'_>) -> Vec<DrapedBlock> {
-    let in_view = inputs.blocks.as_ref().map_or(&[][..], |blocks| blocks.blocks);
+    let in_view = inputs.layer.as_ref().map_or(&[][..], |layer| layer.blocks);
     let placed = in_view.iter().map(|block| DrapedBlock {
         origin_m: (block.origin_m - inputs.origin_m.truncate()).as_vec2().to_array(),
         first: block.first,

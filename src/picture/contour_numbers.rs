@@ -14,7 +14,7 @@ use std::sync::Arc;
 use glam::DVec2;
 
 use self::form::Form;
-use self::trace::Cell;
+use self::trace::{Cell, Traced};
 use super::legend::drawn_area;
 use super::names::{HALO, halo};
 use super::title::{Block, pen_px};
@@ -22,7 +22,7 @@ use crate::drainage::Land;
 use crate::file::svg::Text;
 use crate::frame::LineGap;
 use crate::labels::numbers::{Contour, Number, Page, Rules, metres, place};
-use crate::lettering::Line;
+use crate::lettering;
 use crate::lettering::ink::PenStroke;
 use crate::pyramid::PyramidError;
 use crate::scene::map::Map;
@@ -57,7 +57,9 @@ pub(crate) struct Inputs<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Numbers {
     pub placed: Vec<Number>,
-    ink: Color,
+    /// Index into `layers` of each number.
+    layer_of: Vec<usize>,
+    layers: Vec<NumberedLayer>,
     /// Colour of the halo around the letters; `None` if the style has no marks that would hide them.
     halo: Option<Color>,
     typeface: Typeface,
@@ -65,15 +67,23 @@ pub(crate) struct Numbers {
     px: f64,
 }
 
-/// Returns the layer whose lines have numbers, if there is one.
-fn numbered(style: &Style) -> Option<&HeightLines> {
-    style.layers.iter().find_map(|layer| match layer {
-        Layer::HeightLines(lines) => {
-            let is_numbered = lines.of == HeightsOf::Land && lines.number_px > 0.0 && lines.interval_m > 0.0;
-            is_numbered.then_some(lines)
-        }
-        _ => None,
-    })
+/// A layer whose lines have numbers.
+#[derive(Clone, Copy, Debug)]
+struct NumberedLayer {
+    /// Whether its numbers are depths of the sea.
+    is_depth: bool,
+    ink: Color,
+}
+
+/// Returns the layers whose lines have numbers: the lowest with heights of the land, then the lowest with depths of the sea.
+fn numbered(style: &Style) -> Vec<&HeightLines> {
+    let lines = || {
+        style.layers.iter().filter_map(|layer| match layer {
+            Layer::HeightLines(lines) => (lines.number_px > 0.0 && lines.interval_m > 0.0).then_some(lines),
+            _ => None,
+        })
+    };
+    [HeightsOf::Land, HeightsOf::Sea].into_iter().filter_map(|of| lines().find(|lines| lines.of == of)).collect()
 }
 
 /// Returns whether a style draws shade as marks or lines, in which digits are hard to read.
@@ -85,57 +95,90 @@ fn has_marks(style: &Style) -> bool {
     })
 }
 
-/// Places the numbers of a map; `None` if its style has none.
+/// A contour line, and what its number says.
+struct Line {
+    /// Index of its layer among those with numbers.
+    layer: usize,
+    traced: Traced,
+    text: String,
+}
+
+/// Places the numbers of a map; `None` if its style has none. Those of all layers have the size of the first one.
 ///
 /// # Errors
 /// The first tile that cannot be read.
 pub(crate) fn numbers(inputs: &Inputs<'_>) -> Result<Option<Numbers>, PyramidError> {
     let Inputs { map, surfaces, style, obstacles_px, px } = *inputs;
-    let Some(lines) = numbered(style) else { return Ok(None) };
+    let layers = numbered(style);
+    let Some(first) = layers.first() else { return Ok(None) };
     let [columns, rows] = drawn_area(&style.paper, map.size_px);
     let corners_px = [0, 1].map(|i| DVec2::new(columns[i] as f64, rows[i] as f64));
     let terrain = &surfaces.terrain;
     let land = Land { store: Arc::clone(terrain.store()), projection: terrain.grid_projection().clone() };
-    let form = Form::read(&land, map, corners_px, lines.form_px.into())?;
-    let drawn_interval_m = f64::from(lines.interval_m) * surfaces.exaggeration();
-    let sea_level_m = surfaces.sea_level_m().filter(|_| style.water().is_some()).unwrap_or(f64::NEG_INFINITY);
-    let is_land = |cell: &Cell| cell.heights_m.iter().all(|height_m| *height_m > sea_level_m);
-    let is_drawn = |cell: &Cell, level: i64| is_land(cell) && is_inked(lines, map, drawn_interval_m, cell, level);
-    let traced = trace::lines(&form, drawn_interval_m, is_drawn);
-    let texts: Vec<String> = traced.iter().map(|line| text(line.level as f64 * f64::from(lines.interval_m))).collect();
-    let contours = traced.iter().zip(&texts).map(|(line, text)| Contour {
-        points: &line.points,
-        is_closed: line.is_closed,
-        level_m: line.level as f64 * f64::from(lines.interval_m),
-        is_index: is_index(line.level),
-        is_depth: false,
+    let mut forms = Vec::new();
+    let mut all: Vec<Line> = Vec::new();
+    for (index, lines) in layers.iter().enumerate() {
+        let is_depth = lines.of == HeightsOf::Sea;
+        let sea_level_m = surfaces.sea_level_m().filter(|_| is_depth || style.water().is_some());
+        let mut form = Form::read(&land, map, corners_px, lines.form_px.into())?;
+        let drawn_interval_m = f64::from(lines.interval_m) * surfaces.exaggeration();
+        // Depths count from the surface of the sea, and heights above it have no lines there.
+        let shore_m = match (is_depth, sea_level_m) {
+            (true, Some(sea_level_m)) => {
+                form.heights_m.iter_mut().for_each(|height_m| *height_m -= sea_level_m);
+                0.0
+            }
+            (true, None) => continue,
+            (false, sea_level_m) => sea_level_m.unwrap_or(f64::NEG_INFINITY),
+        };
+        let has_lines = |cell: &Cell| cell.heights_m.iter().all(|height_m| (*height_m > shore_m) != is_depth);
+        let is_drawn = |cell: &Cell, level: i64| has_lines(cell) && is_inked(lines, map, drawn_interval_m, cell, level);
+        let traced = trace::lines(&form, drawn_interval_m, is_drawn);
+        all.extend(traced.into_iter().map(|traced| {
+            // A depth of 0 is the shore.
+            let is_shore = is_depth && traced.level == 0;
+            let level_m = traced.level as f64 * f64::from(lines.interval_m);
+            let text = if is_shore { String::new() } else { text(level_m, is_depth) };
+            Line { layer: index, traced, text }
+        }));
+        forms.push(form);
+    }
+    let contours = all.iter().map(|Line { layer, traced, text }| Contour {
+        points: &traced.points,
+        is_closed: traced.is_closed,
+        level_m: traced.level as f64 * f64::from(layers[*layer].interval_m),
+        is_index: is_index(traced.level),
+        is_depth: layers[*layer].of == HeightsOf::Sea,
         text,
     });
     let contours: Vec<Contour<'_>> = contours.collect();
-    let letter_px = f64::from(lines.number_px);
+    let letter_px = f64::from(first.number_px);
     let typeface = style.paper.typeface;
     let page = Page {
         corners_px,
         obstacles_px,
         letter_px,
-        width_px: &|text| letter_px * Line::small(text, typeface).width(),
-        uphill: &|at_px| form.gradient(at_px),
+        width_px: &|text| letter_px * lettering::Line::small(text, typeface).width(),
+        uphill: &|at_px| forms.first().and_then(|form| form.gradient(at_px)),
     };
     let rules = Rules::default();
     let placed = place(&contours, &page, &Rules { spacing_px: px * rules.spacing_px, ..rules });
+    let layer_of = placed.iter().map(|number| all[number.line].layer).collect();
+    let layer = |lines: &&HeightLines| NumberedLayer { is_depth: lines.of == HeightsOf::Sea, ink: lines.ink };
+    let layers = layers.iter().map(layer).collect();
     let halo = has_marks(style).then_some(style.paper.color);
-    Ok(Some(Numbers { placed, ink: lines.ink, halo, typeface, px }))
+    Ok(Some(Numbers { placed, layer_of, layers, halo, typeface, px }))
 }
 
 fn is_index(level: i64) -> bool {
     level.rem_euclid(LINES_PER_INDEX as i64) == 0
 }
 
-/// Returns the number of a level; empty if whole tenths of a metre cannot express it.
-fn text(level_m: f64) -> String {
+/// Returns the number of a level; empty if whole tenths of a metre cannot express it. Depths have no sign.
+fn text(level_m: f64, is_depth: bool) -> String {
     let tenths = 10.0 * level_m;
     let tolerance = ROUNDED * tenths.abs().max(1.0);
-    if (tenths - tenths.round()).abs() > tolerance.min(0.1) { String::new() } else { metres(level_m, false) }
+    if (tenths - tenths.round()).abs() > tolerance.min(0.1) { String::new() } else { metres(level_m, is_depth) }
 }
 
 /// Returns whether the line of a level has ink in a cell.
@@ -151,10 +194,15 @@ fn is_inked(lines: &HeightLines, map: &Map, interval_m: f64, cell: &Cell, level:
 }
 
 impl Numbers {
-    /// Returns the letters, in the ink of the lines.
-    pub(crate) fn block(&self) -> Block {
-        let mut block = Block::empty(self.ink);
-        for number in &self.placed {
+    /// Returns the letters, a block in the ink of each layer, and whether they are those of depths.
+    pub(crate) fn letters(&self) -> Vec<(bool, Block)> {
+        let of_layer = |(index, layer): (usize, &NumberedLayer)| (layer.is_depth, self.letters_of(index));
+        self.layers.iter().enumerate().map(of_layer).collect()
+    }
+
+    fn letters_of(&self, layer: usize) -> Block {
+        let mut block = Block::empty(self.layers[layer].ink);
+        for (number, _) in self.placed.iter().zip(&self.layer_of).filter(|(_, own)| **own == layer) {
             let height_px = number.size_px.y;
             let line = self.line(number);
             let (strokes, areas) = line.along(height_px, |from_px, advance_px| {
@@ -176,13 +224,14 @@ impl Numbers {
 
     /// Returns the halo under the letters, in the colour of the paper, if the style has marks around them.
     pub(crate) fn halo(&self) -> Option<Block> {
-        let Block { strokes, areas, .. } = self.block();
-        self.halo.map(|paper| Block { strokes: halo(&strokes, &areas, HALO * self.px), ..Block::empty(paper) })
+        let around = |block: &Block| halo(&block.strokes, &block.areas, HALO * self.px);
+        let strokes = self.letters().iter().flat_map(|(_, block)| around(block)).collect();
+        self.halo.map(|paper| Block { strokes, ..Block::empty(paper) })
     }
 
     /// Returns all that is drawn over a picture: first the halo, if there is one, then the letters.
     pub(crate) fn blocks(&self) -> Vec<Block> {
-        self.halo().into_iter().chain([self.block()]).collect()
+        self.halo().into_iter().chain(self.letters().into_iter().map(|(_, block)| block)).collect()
     }
 
     /// Returns the boxes in which the lines are interrupted: one for a straight number, otherwise one for each letter.
@@ -208,8 +257,8 @@ impl Numbers {
         self.line(number).advances().map(|letter| gap(letter.map(|length| size_px.y * length))).collect()
     }
 
-    fn line(&self, number: &Number) -> Line {
-        Line::small(&number.text, self.typeface)
+    fn line(&self, number: &Number) -> lettering::Line {
+        lettering::Line::small(&number.text, self.typeface)
     }
 }
 
@@ -219,9 +268,11 @@ mod tests {
 
     #[test]
     fn numbers_are_those_of_their_levels() {
-        assert_eq!([text(1200.0), text(-40.0), text(2.5), text(0.1_f32.into())], ["1200", "−40", "2.5", "0.1"]);
-        assert_eq!([text(0.25), text(12.34)], [""; 2]);
+        let height = |level_m| text(level_m, false);
+        assert_eq!([height(1200.0), height(-40.0), height(2.5), height(0.1_f32.into())], ["1200", "−40", "2.5", "0.1"]);
+        assert_eq!([height(0.25), height(12.34)], [""; 2]);
         // An interval in single precision.
-        assert_eq!(text(73.0 * f64::from(0.1_f32)), "7.3");
+        assert_eq!(height(73.0 * f64::from(0.1_f32)), "7.3");
+        assert_eq!([-40.0, -2.5].map(|level_m| text(level_m, true)), ["40", "2.5"]);
     }
 }

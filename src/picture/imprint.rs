@@ -143,6 +143,8 @@ pub struct More {
     pub peaks: Option<u32>,
     /// Value of `--saddles`.
     pub saddles: Option<u32>,
+    /// Value of `--lakes`.
+    pub lakes: Option<u32>,
     /// File of `--names`.
     pub names: Option<String>,
     /// Value of `--name-layer`.
@@ -190,7 +192,7 @@ impl More {
     /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
     /// are read; 5 `exaggeration`; 6 `haze`; 7 `sea_level`, `trees` and `seed`; 8 `tone_curve`; 9
     /// `frame`; 10 `credits`, `legend` and `map_scale`; 11 `peaks`, `names` and what begins with `name_`;
-    /// 12 `layers` and `graticule`; 13 `drape` and `saddles`.
+    /// 12 `layers` and `graticule`; 13 `drape`, `saddles` and `lakes`.
     fn version(&self) -> u32 {
         const HEIGHTS: u32 = 4;
         const EXAGGERATED: u32 = 5;
@@ -206,7 +208,7 @@ impl More {
         const NAMED: u32 = 11;
         const LAYERED: u32 = 12;
         match self {
-            _ if self.drape.is_some() || self.saddles.is_some() => VERSION,
+            _ if self.drape.is_some() || self.saddles.is_some() || self.lakes.is_some() => VERSION,
             _ if self.layers.is_some() || self.graticule.is_some() => LAYERED,
             _ if self.peaks.is_some() || self.names.is_some() => NAMED,
             _ if self.credits.is_some() || self.map_scale.is_some() || self.legend.is_some() => TITLED,
@@ -265,6 +267,7 @@ impl More {
             title: _,
             peaks,
             saddles,
+            lakes,
             names: _,
             name_layer: _,
             name_when: _,
@@ -288,6 +291,7 @@ impl More {
             ("time_s", *time_s, ranges::TIME_S),
             ("peaks", peaks.map(f64::from), ranges::PEAKS),
             ("saddles", saddles.map(f64::from), ranges::PEAKS),
+            ("lakes", lakes.map(f64::from), ranges::PEAKS),
             ("samples", samples.map(f64::from), ranges::SAMPLES),
             ("lod_error", *lod_error, ranges::LOD_ERROR_PX),
             ("nodata", *nodata, ranges::NO_DATA_M),

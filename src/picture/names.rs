@@ -4,6 +4,7 @@
 //! Only what the picture shows has a name: the surface that is drawn decides what is visible. Where labels are is
 //! decided by [`crate::labels::placement`].
 
+pub(crate) mod lakes;
 #[cfg(feature = "window")]
 mod mask;
 pub(crate) mod moving;
@@ -52,6 +53,8 @@ const SYMBOL: f64 = 3.2;
 const SYMBOL_GAP: f64 = 2.0;
 /// Distance of the middle of each arc of a saddle's symbol from the saddle, in halves of a symbol.
 const SADDLE_GAP: f64 = 1.3;
+/// Height of the wave of a lake's symbol, in halves of a symbol.
+const WAVE: f64 = 0.35;
 /// Width of the halo around letters on a map.
 pub(super) const HALO: f64 = 2.2;
 
@@ -76,13 +79,15 @@ pub(crate) enum SiteKind {
     Saddle,
     /// A ring.
     Place,
+    /// A wave.
+    Lake,
 }
 
 impl SiteKind {
     /// Returns half of the width of the symbol, in pixels of the style.
     fn radius(self) -> f64 {
         match self {
-            Self::Summit | Self::Place => SYMBOL,
+            Self::Summit | Self::Place | Self::Lake => SYMBOL,
             Self::Saddle => SADDLE_GAP * SYMBOL,
         }
     }
@@ -270,6 +275,13 @@ impl Labels {
             SiteKind::Saddle => {
                 let aside = DVec2::new(SADDLE_GAP * SYMBOL * px, 0.0);
                 self.strokes.extend([arc(at - aside, 0.5, 6), arc(at + aside, -0.5, 6)]);
+            }
+            SiteKind::Lake => {
+                let wave = |i: i32| {
+                    let part = f64::from(i) / 8.0 - 1.0;
+                    at + SYMBOL * px * DVec2::new(part, WAVE * (std::f64::consts::TAU * part).sin())
+                };
+                self.strokes.push(PenStroke { points: (0..=16).map(wave).collect(), width_px: 1.1 * px });
             }
         }
     }

@@ -199,6 +199,9 @@ layer_kinds! {
     "features" Features: lowest_features, lowest_features_mut, set_features, at most 4;
 }
 
+/// Distance from the shore, in pixels, up to which [`Style::to_find_water`] knows it.
+const FARTHEST_SHORE_PX: f32 = 90.0;
+
 /// The ink layers of a style, from the bottom to the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers(Vec<Layer>);
@@ -377,6 +380,27 @@ impl Style {
         let graticule = graticule.filter(|_| room > usize::from(features.is_some()));
         let added = graticule.into_iter().chain(features.filter(|_| room > 0));
         self.layers.0.extend(added.map(Layer::Features));
+        self
+    }
+
+    /// Returns a style that draws no lines or marks, and whose water knows the distance from its shore.
+    #[must_use]
+    pub(crate) fn to_find_water(&self) -> Self {
+        let mut style = self.of_tones();
+        let water = Water::default_value().map(|water| Water { deep_px: FARTHEST_SHORE_PX, ..water });
+        style.layers.replace("water", water.map(Layer::Water));
+        style
+    }
+
+    /// Returns the style without tints of areas, which a drawing of lines cannot have, and if `has_hatching` is false
+    /// without their hatching, too.
+    #[must_use]
+    pub(crate) fn without_area_tints(mut self, has_hatching: bool) -> Self {
+        for layer in self.layers.iter_mut() {
+            if let Layer::Features(features) = layer {
+                features.fill = if features.has_tint() || !has_hatching { 0.0 } else { features.fill };
+            }
+        }
         self
     }
 

@@ -10,8 +10,8 @@ use hachure::frame::{LineGap, Renderer};
 use hachure::labels::numbers::Number;
 use hachure::picture::contour_numbers::{Inputs, Numbers, numbers};
 use hachure::scene::map::{Map, MapArea};
-use hachure::style::Style;
 use hachure::style::layers::HEIGHT_INK;
+use hachure::style::{HeightsOf, Style};
 
 const SIZE_PX: [u32; 2] = [320; 2];
 /// Metres per pixel.
@@ -167,7 +167,7 @@ fn numbers_are_in_the_gaps_of_their_lines() {
             .map(|ink| ink.iter().map(|ink| f64::from(*ink)).sum::<f64>() - ink_inside(ink, &wider));
         assert!((all - left).abs() < 1e-3 * all, "{all} {left}");
         // Letters are within the boxes of their numbers.
-        let block = numbers.block();
+        let (_, block) = numbers.letters().remove(0);
         assert!(block.areas.len() + block.strokes.len() >= 3 * placed.len());
 
         // Planted errors: gaps beside their lines, and texts that are exchanged.
@@ -204,7 +204,7 @@ fn numbers_among_marks_have_a_halo() {
     style.lowest_height_lines_mut().unwrap().interval_m = INTERVAL_M as f32;
     drawn.style = style.for_map(PIXEL_M).unwrap();
     let numbers = drawn.numbers();
-    let (halo, letters) = (numbers.halo().unwrap(), numbers.block());
+    let (halo, letters) = (numbers.halo().unwrap(), numbers.letters().remove(0).1);
     assert_eq!(halo.ink, drawn.style.paper.color);
     assert!(letters.ink != halo.ink && halo.areas.is_empty());
     // Returns whether the halo reaches `margin_px` beyond a point.
@@ -222,4 +222,30 @@ fn numbers_among_marks_have_a_halo() {
     assert!(!points.is_empty() && points.iter().all(|at| covers(*at, 2.0)));
     // Planted error: a halo that is as narrow as the letters.
     assert!(!points.iter().all(|at| covers(*at, 4.0)));
+}
+
+/// Height of the sea, which hides the lower part of the cone.
+const SEA_M: f64 = 1213.0;
+
+#[test]
+fn numbers_on_depth_contours_are_depths() {
+    let Some(mut drawn) = Drawn::new(cone_m) else { return };
+    drawn.world.surfaces.set_sea_level(Some(SEA_M));
+    drawn.style.lowest_height_lines_mut().unwrap().of = HeightsOf::Sea;
+    let numbers = drawn.numbers();
+    let off_m = |zero_m: f64| {
+        let off = numbers.placed.iter().map(|number| {
+            let stated_m: f64 = number.text.parse().unwrap();
+            (zero_m - drawn.height_at(number.centre_px) - stated_m).abs()
+        });
+        off.fold(0.0, f64::max)
+    };
+    println!("{} depths, at most {:.2} m off", numbers.placed.len(), off_m(SEA_M));
+    assert!(numbers.placed.len() >= 3 && off_m(SEA_M) < INTERVAL_M / 3.0);
+    let (is_depth, letters) = &numbers.letters()[0];
+    assert!(*is_depth && !(letters.areas.is_empty() && letters.strokes.is_empty()));
+    // Planted: the sea is half an interval higher.
+    assert!(off_m(SEA_M + 0.5 * INTERVAL_M) > INTERVAL_M / 3.0);
+    drawn.world.surfaces.set_sea_level(None);
+    assert!(drawn.numbers().placed.is_empty(), "a world without a sea has depths");
 }

@@ -13,6 +13,8 @@ use common::draw::{NOON, draw, still};
 use common::{World, full, grid_of, quantile};
 use hachure::draped::Draped;
 use hachure::frame::Renderer;
+use hachure::gpu::Gpu;
+use hachure::gpu::target::Target;
 use hachure::internals::read;
 use hachure::lines::draped::FEATURE_INK;
 use hachure::scene::FeatureFile;
@@ -21,7 +23,7 @@ use hachure::source::GeoKeys;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::style::Style;
 
-const SIZE_PX: [u32; 2] = [320, 240];
+pub(super) const SIZE_PX: [u32; 2] = [320, 240];
 const STEP_M: f64 = 25.0;
 const SAMPLES: u32 = 321;
 /// Projected coordinates of the world's origin.
@@ -46,14 +48,14 @@ fn winding() -> Vec<DVec2> {
     (0..=60).map(at).collect()
 }
 
-struct Files(tempfile::TempDir);
+pub(super) struct Files(tempfile::TempDir);
 
 impl Files {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    fn write(&self, name: &str, text: &str) -> PathBuf {
+    pub(super) fn write(&self, name: &str, text: &str) -> PathBuf {
         let path = self.0.path().join(name);
         std::fs::write(&path, text).unwrap();
         path
@@ -61,7 +63,7 @@ impl Files {
 }
 
 /// Returns GeoJSON of features: properties, kind of geometry, and coordinates.
-fn geojson(features: &[(&str, &str, String)]) -> String {
+pub(super) fn geojson(features: &[(&str, &str, String)]) -> String {
     let feature = |(properties, kind, coordinates): &(&str, &str, String)| {
         format!(
             "{{\"type\":\"Feature\",\"properties\":{{{properties}}},\"geometry\":{{\"type\":\"{kind}\",\"coordinates\":\
@@ -76,29 +78,39 @@ fn geojson(features: &[(&str, &str, String)]) -> String {
     )
 }
 
-fn coordinates(line: &[DVec2]) -> String {
+pub(super) fn coordinates(line: &[DVec2]) -> String {
     format!("{:?}", line.iter().map(|at| (*at + ORIGIN_M).to_array()).collect::<Vec<_>>())
 }
 
 /// Returns the georeference of the land, in zone 32 of UTM.
 fn place() -> Georeference {
-    let half_m = 0.5 * f64::from(SAMPLES - 1) * STEP_M;
-    let corner = ORIGIN_M + DVec2::new(-half_m, half_m);
-    let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32632".to_owned() };
-    Georeference { crs_from_grid: [corner.x, STEP_M, 0.0, corner.y, 0.0, -STEP_M], crs, geokeys: GeoKeys::default() }
+    place_of(SAMPLES, STEP_M)
 }
 
-fn world() -> Option<World> {
+/// Returns the georeference of land with a number of samples in each direction.
+fn place_of(samples: u32, step_m: f64) -> Georeference {
+    let half_m = 0.5 * f64::from(samples - 1) * step_m;
+    let corner = ORIGIN_M + DVec2::new(-half_m, half_m);
+    let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32632".to_owned() };
+    Georeference { crs_from_grid: [corner.x, step_m, 0.0, corner.y, 0.0, -step_m], crs, geokeys: GeoKeys::default() }
+}
+
+pub(super) fn world() -> Option<World> {
     World::new(grid_of(SAMPLES, SAMPLES, STEP_M, height_m), 0.2)
 }
 
 /// Puts files onto the land of a world.
-fn put(world: &mut World, paths: &[&Path]) {
-    let files: Vec<_> = paths.iter().map(|path| FeatureFile { path: path.to_path_buf(), layer: None }).collect();
-    world.surfaces.set_features(Draped::read(&files, None, &place(), [SAMPLES; 2]).unwrap());
+pub(super) fn put(world: &mut World, paths: &[&Path]) {
+    put_on(world, paths, SAMPLES, STEP_M);
 }
 
-fn style(layer: &str) -> Style {
+/// Does the same as [`put`] on land with another number of samples in each direction.
+pub(super) fn put_on(world: &mut World, paths: &[&Path], samples: u32, step_m: f64) {
+    let files: Vec<_> = paths.iter().map(|path| FeatureFile { path: path.to_path_buf(), layer: None }).collect();
+    world.surfaces.set_features(Draped::read(&files, None, &place_of(samples, step_m), [samples; 2]).unwrap());
+}
+
+pub(super) fn style(layer: &str) -> Style {
     let text = format!(
         "name = \"lines\"\ndescription = \"Lines.\"\n[[layers]]\nkind = \"features\"\n{layer}\n[tone]\nkind = \"plain\"\n"
     );
@@ -110,7 +122,12 @@ fn ink(world: &mut World, view: &View, style: &Style) -> Vec<f64> {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     draw(&world.gpu, &mut world.surfaces, &mut renderer, view, style, &NOON);
     let Some(target) = renderer.target(&FEATURE_INK) else { return vec![0.0; (SIZE_PX[0] * SIZE_PX[1]) as usize] };
-    let bytes = read(&world.gpu, target, [0, 0], SIZE_PX).unwrap();
+    ink_of(&world.gpu, target)
+}
+
+/// Returns the ink of each pixel of a picture of features.
+pub(super) fn ink_of(gpu: &Gpu, target: &Target) -> Vec<f64> {
+    let bytes = read(gpu, target, [0, 0], SIZE_PX).unwrap();
     bytes.chunks_exact(2).map(|texel| half::f16::from_le_bytes([texel[0], texel[1]]).to_f64()).collect()
 }
 
@@ -241,7 +258,8 @@ fn layers_draw_what_they_name() {
         })
         .collect();
     let drawn = |world: &mut World, layer: &str| {
-        let ink = ink(world, &view, &style(layer));
+        // Areas have no fill, so that ink is that of lines and points.
+        let ink = ink(world, &view, &style(&format!("fill = 0\n{layer}")));
         let near = |px: DVec2| {
             let around = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (px.x as i32 + x, px.y as i32 + y)));
             around.map(|(x, y)| ink[(y * SIZE_PX[0] as i32 + x) as usize]).sum::<f64>() > 1.0

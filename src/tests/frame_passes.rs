@@ -253,7 +253,11 @@ fn add_kinds(traces: &mut Traces, world: &mut World, pose: Pose, pen: &Style) {
     traces.add("headsets that hide areas", &trace);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("line.csv");
-    std::fs::write(&path, "wkt,name\n\"LINESTRING (-800 -800,800 800)\",a\n").unwrap();
+    std::fs::write(
+        &path,
+        "wkt,name\n\"LINESTRING (-800 -800,800 800)\",a\n\"POLYGON ((-500 0,500 0,0 500,-500 0))\",b\n",
+    )
+    .unwrap();
     let store = world.surfaces.terrain.store();
     let (place, size) = (store.georeference().clone(), store.levels()[0]);
     let samples = [size.width, size.height];

@@ -31,6 +31,8 @@ mod eyes;
 mod features_on_land;
 mod files;
 mod flights;
+mod filled_areas;
+mod fitted_places;
 mod fitted_tones;
 mod focus;
 mod forest;

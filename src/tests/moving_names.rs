@@ -45,7 +45,7 @@ fn sites() -> Sites {
         weight: high_m,
         kind: SiteKind::Summit,
     };
-    Sites { all: PEAKS.into_iter().enumerate().map(of).collect(), names: 0, saddles: 0, doubted: 0 }
+    Sites { all: PEAKS.into_iter().enumerate().map(of).collect(), names: 0, saddles: 0, lakes: 0, doubted: 0 }
 }
 
 struct Scene {

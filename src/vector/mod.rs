@@ -119,7 +119,7 @@ pub(crate) enum InkKind {
     Stream,
     /// Ridge lines that follow from how the land drains.
     RidgeLine,
-    /// Points, lines and outlines of areas from files.
+    /// Points, lines and areas from files.
     Feature,
     /// Dashes along no-data.
     Rim,
@@ -211,7 +211,7 @@ pub(crate) struct DrawingReport {
     pub marks: u64,
     /// Number of paths that are contour lines of height.
     pub contour_lines: u64,
-    /// Number of paths that are points, lines and outlines of areas from files.
+    /// Number of paths that are points, lines, and outlines and hatching of areas from files.
     pub features: u64,
     /// Number of paths that are dashes along no-data.
     pub rims: u64,

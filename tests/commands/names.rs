@@ -220,3 +220,36 @@ fn draw_svg(place: &Place, pair: &[&str]) {
     let svg = std::fs::read_to_string(place.path("mixed.svg")).unwrap();
     assert!(svg.contains("id=\"names-left-eye\"") && svg.contains("id=\"names-right-eye\""));
 }
+
+#[test]
+fn lakes_have_the_height_of_their_water() {
+    let place = Place::empty();
+    // Hills with two lakes, and a third one that is too small for a label.
+    let lakes = [(432, 15..60, 20..60), (515, 80..100, 30..50), (533, 110..113, 70..72)];
+    let height_m = |column: i32, row: i32| {
+        let lake = lakes.iter().find(|(_, columns, rows)| columns.contains(&column) && rows.contains(&row));
+        lake.map_or_else(|| 600 + 7 * ((column * 7 + row * 13) % 9) + (column - 60).abs(), |(level_m, ..)| *level_m)
+    };
+    let row = |row: i32| (0..120).map(|column| height_m(column, row).to_string()).collect::<Vec<_>>().join(" ");
+    let rows: Vec<String> = (0..90).map(row).collect();
+    let header = "ncols 120\nnrows 90\nxllcorner 500000\nyllcorner 5200000\ncellsize 30\n";
+    place.file("lakes.asc", &format!("{header}{}\n", rows.join("\n")));
+    let words = |options: &[&str]| {
+        let render = ["render", "lakes.asc", "--map", "--style", "strokes", "--size", "360x270", "-o", "map.svg"];
+        place.text(&[&render[..], options].concat());
+        let svg = std::fs::read_to_string(place.path("map.svg")).unwrap();
+        let texts = svg.split("<text ").skip(1).filter_map(|text| text.split_once('>')?.1.split('<').next());
+        texts.map(str::to_owned).collect::<Vec<_>>()
+    };
+    // As many as asked for, the largest first.
+    assert!(words(&[]).is_empty());
+    assert_eq!(words(&["--lakes", "1"]), ["432"]);
+    assert_eq!(words(&["--lakes", "5"]), ["432", "515"]);
+    // Exaggerated land has the same heights, and water at the level of the sea is no lake.
+    assert_eq!(words(&["--lakes", "1", "--exaggeration", "2"]), ["432"]);
+    assert_eq!(words(&["--lakes", "5", "--sea-level", "432"]), ["515"]);
+    // The ground of a sea is below it.
+    assert_eq!(words(&["--lakes", "5", "--sea-level", "500"]), ["515"]);
+    let error = place.misuse(&["render", "lakes.asc", "--lakes", "2", "-o", "view.png"]);
+    assert!(error.contains("--lakes: only maps have labels of lakes"), "{error}");
+}

@@ -129,6 +129,7 @@ pub(super) fn with_imprint(args: &RenderArgs, kind: &OutputKind, imprint: &Impri
     if super::names::without_labels(&all, kind).is_none() {
         all.labels = all.labels.or(more);
         all.saddles = all.saddles.or(more.saddles.filter(|_| all.map.is_some()));
+        all.lakes = all.lakes.or(more.lakes.filter(|_| all.map.is_some()));
     }
     if kind.is_drawing() || format == Some(PictureFormat::GeoJson) {
         all.tolerance_px = all.tolerance_px.or(more.tolerance_px);
@@ -272,7 +273,7 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     more.title.clone_from(&args.title);
     more.credits.clone_from(&args.credits);
     more.map_scale = args.map_scale;
-    more.saddles = args.saddles;
+    (more.saddles, more.lakes) = (args.saddles, args.lakes);
     let NamesArgs { peaks, names, name_layer, name_when, name_field } = args.labels.clone();
     (more.peaks, more.name_layer, more.name_when, more.name_field) = (peaks, name_layer, name_when, name_field);
     more.names = names.map(|file| file.to_string_lossy().into_owned());

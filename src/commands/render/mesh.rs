@@ -74,6 +74,7 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         ("--names", args.labels.names.is_some()),
         ("--peaks", args.labels.peaks.is_some()),
         ("--saddles", args.saddles.is_some()),
+        ("--lakes", args.lakes.is_some()),
         ("--look-at", args.look.look_at.is_some()),
         ("--lod-error", args.lod_error.is_some()),
         ("--margin", args.margin.is_some()),

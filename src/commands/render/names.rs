@@ -1,4 +1,4 @@
-//! `render --peaks`, `--saddles` and `--names`: labels of summits, saddles and places.
+//! `render --peaks`, `--saddles`, `--lakes` and `--names`: labels of summits, saddles, lakes and places.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -16,6 +16,7 @@ use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Renderer;
 use crate::picture::imprint::More;
 use crate::picture::legend::drawn_area;
+use crate::picture::names::lakes;
 use crate::picture::names::moving::{self, MovingNames};
 use crate::picture::names::sites::{Land, MAX_OFF_M, Sites};
 use crate::picture::names::{self, Ground, Labels, Placed, Seen, SeenSurface, Visible, Wanted};
@@ -116,9 +117,10 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     labels.check()?;
     match without_labels(args, kind) {
         Some(why) if !labels.is_empty() => Err(Misuse(format!("{}: {why}", labels.option()))),
-        Some(why) if args.has_labels() => Err(Misuse(format!("--saddles: {why}"))),
-        _ if args.saddles.is_some() && args.map.is_none() && args.like.is_none() => {
-            Err(Misuse("--saddles: only maps have labels of saddles; add --map, or leave out the option".to_owned()))
+        Some(why) if args.has_labels() => Err(Misuse(format!("{}: {why}", args.option_of_maps()))),
+        _ if args.map.is_none() && args.like.is_none() && (args.saddles.is_some() || args.lakes.is_some()) => {
+            let (option, sites) = (args.option_of_maps(), &args.option_of_maps()[2..]);
+            Err(Misuse(format!("{option}: only maps have labels of {sites}; add --map, or leave out the option")))
         }
         _ => Ok(()),
     }
@@ -236,14 +238,14 @@ impl LabelRules<'_> {
             Some(time_s) => moving.frame(time_s, sites, visible, most, &ground),
             None if is_map => Vec::new(),
             None => {
-                let seen = chosen(sites, &visible.sites, [most, 0], &ground, false);
+                let seen = chosen(sites, &visible.sites, [most, 0, 0], &ground, false);
                 names::above_land(&sites.all, &seen, visible.land_top_px, &ground)
             }
         };
         let eyes = if args.stereo.eyes().of_pair().is_empty() { 1 } else { 2 };
         let drawn: Vec<Vec<(f64, Labels)>> = if is_map {
-            let saddles = args.saddles.unwrap_or(0) as usize;
-            let seen = chosen(sites, &visible.sites, [most, saddles], &ground, true);
+            let [saddles, lakes] = [args.saddles, args.lakes].map(|most| most.unwrap_or(0) as usize);
+            let seen = chosen(sites, &visible.sites, [most, saddles, lakes], &ground, true);
             vec![vec![(1.0, names::on_map(&sites.all, &seen, &ground))]]
         } else {
             (0..eyes).map(|eye| of_eye(sites, &placed, eye, &ground)).collect()
@@ -278,26 +280,32 @@ fn of_eye(sites: &Sites, placed: &[Placed], eye: usize, ground: &Ground<'_>) -> 
     opaque.chain(fading.into_iter().map(|label| (label.opacity, drawn(&[label])))).collect()
 }
 
-/// Returns the sites inside of the picture's border: all names, and so many of the weightiest summits without names, and
-/// of the weightiest saddles.
-fn chosen(sites: &Sites, seen: &[Seen], most: [usize; 2], ground: &Ground<'_>, is_map: bool) -> Vec<Seen> {
+/// Returns the sites inside of the picture's border: all names, and so many of the weightiest summits without names, of the
+/// weightiest saddles, and of the largest lakes.
+fn chosen(sites: &Sites, seen: &[Seen], most: [usize; 3], ground: &Ground<'_>, is_map: bool) -> Vec<Seen> {
     let inside = seen.iter().filter(|at| moving::is_inside(at, ground)).copied();
     let (names, heights): (Vec<Seen>, Vec<Seen>) = inside.partition(|at| at.site < sites.names);
     let longest_px = names::MAX_ON_LAND * ground.px;
     let legible = heights.into_iter().filter(|at| is_map || at.below_px < longest_px);
-    let (summits, saddles): (Vec<Seen>, Vec<Seen>) = legible.partition(|at| at.site < sites.first_saddle());
+    let (summits, others): (Vec<Seen>, Vec<Seen>) = legible.partition(|at| at.site < sites.first_saddle());
+    let (saddles, lakes): (Vec<Seen>, Vec<Seen>) = others.into_iter().partition(|at| at.site < sites.first_lake());
     let weightiest = |(mut heights, most): (Vec<Seen>, usize)| {
         heights.sort_by(|a, b| sites.all[b.site].weight.total_cmp(&sites.all[a.site].weight));
         heights.truncate(most);
         heights
     };
-    names.into_iter().chain([summits, saddles].into_iter().zip(most).flat_map(weightiest)).collect()
+    names.into_iter().chain([summits, saddles, lakes].into_iter().zip(most).flat_map(weightiest)).collect()
 }
 
 impl RenderArgs {
     /// Returns whether any option asks for labels.
     pub(super) fn has_labels(&self) -> bool {
-        !self.labels.is_empty() || self.saddles.unwrap_or(0) > 0
+        !self.labels.is_empty() || self.saddles.unwrap_or(0) > 0 || self.lakes.unwrap_or(0) > 0
+    }
+
+    /// Returns the first option for labels that only maps have.
+    fn option_of_maps(&self) -> &'static str {
+        if self.saddles.is_some() { "--saddles" } else { "--lakes" }
     }
 }
 
@@ -338,6 +346,11 @@ impl Job<'_> {
         let Some(names) = &mut self.names else { return Ok(Vec::new()) };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, tone_curve: self.tone_curve, ..still };
+        if let Some(placed) = self.map.as_ref().filter(|_| self.args.lakes.unwrap_or(0) > 0) {
+            let exaggeration = self.world.scene.vertical_exaggeration;
+            let inputs = lakes::Inputs { map: &placed.map, exaggeration, px: self.args.px_per_style_px() };
+            names.sites.set_lakes(lakes::lakes(&self.gpu, &mut self.world.surfaces, &request, &inputs)?);
+        }
         let held = names.held();
         let wanted = Wanted { sites: &names.sites.all, held: &held };
         let (gpu, surfaces) = (&self.gpu, &mut self.world.surfaces);

@@ -18,7 +18,7 @@ use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
-use crate::style::layers::Trace;
+use crate::style::layers::{Layer as StyleLayer, Trace};
 use crate::style::{Style, StyleInk};
 use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
@@ -30,6 +30,7 @@ const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
 const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
 /// Id and label of the layer with the numbers on contour lines.
 const NUMBERS: (&str, &str) = ("contour-numbers", "Numbers on contour lines");
+const DEPTHS: (&str, &str) = ("depth-numbers", "Numbers on depth contours");
 /// Id and label of the layer with their halo. A pen has no ink of the colour of paper.
 const NUMBERS_HALO: (&str, &str) = ("contour-numbers-halo", "Halo of numbers on contour lines");
 
@@ -163,6 +164,16 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
 }
 
 impl Job<'_> {
+    /// Returns whether a drawing of lines on paper lacks the tints of areas. Those on the earth are outlines.
+    pub(super) fn leaves_out_tints(&self) -> bool {
+        let (Some(_), Some(features)) = (&self.svg, self.world.surfaces.features()) else { return false };
+        let has_tint = |layer: &StyleLayer| match layer {
+            StyleLayer::Features(layer) => layer.has_tint() && features.fills_any(layer),
+            _ => false,
+        };
+        self.style.layers.iter().any(has_tint)
+    }
+
     /// Draws the strokes and marks of a picture for `path`; a drawing on paper gets its border, a georeferenced one
     /// does not.
     pub(super) fn layers(
@@ -173,7 +184,9 @@ impl Job<'_> {
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
         let mut labels = if is_on_earth { Vec::new() } else { self.label_groups(pose)? };
         let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
-        let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
+        // Lines that hatch areas are no features of the earth.
+        let style = self.style.clone().without_area_tints(!is_on_earth);
+        let still = PictureRequest::still(pose, self.args.size(), &style, self.world.light());
         // A geographic file has no letters, so its lines need no gaps for them.
         let numbers = if is_on_earth { None } else { self.contour_numbers(&groups_px(labels.iter().flatten()))? };
         let line_gaps = numbers.as_ref().map(Numbers::gaps).unwrap_or_default();
@@ -210,7 +223,11 @@ impl Job<'_> {
                 groups.extend(lines.marks_above);
                 if let Some(numbers) = &numbers {
                     let halo = numbers.halo().filter(|_| pens.is_none()).map(|halo| halo.group(NUMBERS_HALO, false));
-                    let drawn = halo.into_iter().chain([numbers.block().group(NUMBERS, pens.is_some())]);
+                    let letters = numbers
+                        .letters()
+                        .into_iter()
+                        .map(|(is_depth, block)| block.group(if is_depth { DEPTHS } else { NUMBERS }, pens.is_some()));
+                    let drawn = halo.into_iter().chain(letters);
                     groups.extend(drawn.filter(|group| !group.lines.is_empty() || !group.fills.is_empty()));
                 }
                 if !is_on_earth {

@@ -27,7 +27,7 @@ const ELSEWHERE_M: f64 = 60.0;
 /// Importance of a key saddle relative to the summit whose prominence it determines.
 const SADDLE: f64 = 0.5;
 
-/// Places that may have labels: first those with names, then summits without one, then saddles.
+/// Places that may have labels: first those with names, then summits without one, then saddles, then lakes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sites {
     pub all: Vec<Site>,
@@ -35,6 +35,8 @@ pub(crate) struct Sites {
     pub names: usize,
     /// Number of saddles.
     pub saddles: usize,
+    /// Number of lakes.
+    pub lakes: usize,
     /// Number of summits whose stated height is not that of the land.
     pub doubted: u64,
 }
@@ -130,12 +132,24 @@ impl Sites {
         let without_saddles = all.len();
         all.extend(summits.iter().filter(|summit| is_certain(summit)).filter_map(|summit| of_saddle(summit, rules)));
         let saddles = all.len() - without_saddles;
-        Self { all, names, saddles, doubted }
+        Self { all, names, saddles, lakes: 0, doubted }
     }
 
     /// Returns the index of the first saddle in `all`.
     pub(crate) fn first_saddle(&self) -> usize {
-        self.all.len() - self.saddles
+        self.first_lake() - self.saddles
+    }
+
+    /// Returns the index of the first lake in `all`.
+    pub(crate) fn first_lake(&self) -> usize {
+        self.all.len() - self.lakes
+    }
+
+    /// Replaces the lakes, which depend on the map.
+    pub(crate) fn set_lakes(&mut self, lakes: Vec<Site>) {
+        self.all.truncate(self.first_lake());
+        self.lakes = lakes.len();
+        self.all.extend(lakes);
     }
 }
 

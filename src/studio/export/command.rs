@@ -46,6 +46,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
         legend,
         peaks,
         saddles,
+        lakes,
         names,
         name_layer,
         name_when,
@@ -98,6 +99,7 @@ pub(crate) fn view_arguments(imprint: &Imprint) -> Vec<String> {
     add("credits", credits.clone());
     add("peaks", peaks.map(|count| count.to_string()));
     add("saddles", saddles.map(|count| count.to_string()));
+    add("lakes", lakes.map(|count| count.to_string()));
     add("names", names.clone());
     add("name-layer", name_layer.clone());
     add("name-when", name_when.clone());

@@ -8,7 +8,7 @@ use crate::style::parameters::{Range, Setting, choices, parameters};
 use crate::style::{Color, StyleError};
 
 parameters! {
-    /// Points, lines and outlines of areas from files (`--layer`), draped on the land. A style without such a layer draws
+    /// Points, lines and areas from files (`--layer`), draped on the land. A style without such a layer draws
     /// all of them with the default values.
     pub struct Features {
         /// Name of a file without its ending, or of a layer in it; if it is empty, the features of all files are drawn.
@@ -21,6 +21,12 @@ parameters! {
         ink called "Ink colour": Color = Color::VERMILION;
         /// Width of lines, and of outlines of areas; 0 draws none.
         line_px called "Line width": f32 = 1.6 => Range::Within(0.0, 16.0), zero "none";
+        /// Share of an area that ink covers: 0.2 is a light tint, and 0 leaves areas empty.
+        fill called "Fill of areas": f32 = 0.2 => Range::Within(0.0, 1.0), zero "none";
+        /// Approximate spacing of lines that hatch areas, at least 3; 0 gives an even tint instead.
+        hatch_px called "Spacing in areas": f32 = 0.0 => Range::Within(0.0, 64.0), zero "even tint";
+        /// Direction of the lines that hatch areas on the map, clockwise from north.
+        hatch_deg called "Direction in areas": f32 = 45.0 => Range::Within(-360.0, 360.0);
         /// Diameter of points; 0 draws none.
         point_px called "Diameter of points": f32 = 6.0 => Range::Within(0.0, 64.0), zero "none";
         /// Approximate length of a dash.
@@ -35,13 +41,13 @@ parameters! {
 choices! {
     /// Kinds of features.
     pub enum FeatureKinds {
-        /// Points, lines and outlines of areas.
+        /// Points, lines and areas.
         All,
         /// Only points.
         Points,
         /// Only lines.
         Lines,
-        /// Only outlines of areas.
+        /// Only areas and their outlines.
         Areas,
     }
 }
@@ -55,6 +61,11 @@ impl Features {
     /// Returns the layer that draws a graticule in a style without one.
     pub(super) fn of_graticule(ink: Color) -> Option<Self> {
         Some(Self { file: GRATICULE.to_owned(), ink, line_px: GRATICULE_PX, ..Self::default_value()? })
+    }
+
+    /// Returns whether areas have an even tint.
+    pub(crate) fn has_tint(&self) -> bool {
+        self.fill > 0.0 && self.hatch_px <= 0.0
     }
 
     /// Returns whether the layer draws a graticule.

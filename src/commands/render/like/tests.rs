@@ -81,6 +81,7 @@ const OPTIONS: &[(&str, Fate)] = &[
     ("legend", Kept("--title T --legend -o a.png")),
     ("peaks", Kept("--peaks 7 -o a.png")),
     ("saddles", Kept("--map 10,20,3000 --saddles 4 -o a.png")),
+    ("lakes", Kept("--map 10,20,3000 --lakes 3 -o a.png")),
     ("names", Kept("--names n.csv -o a.png")),
     ("name_layer", Kept("--names n.gpkg --name-layer peaks -o a.png")),
     ("name_when", Kept("--names n.csv --name-when ele>2 -o a.png")),
@@ -151,6 +152,7 @@ fn drawn(args: &RenderArgs) -> String {
         legend,
         labels,
         saddles,
+        lakes,
         frame,
         mesh_error: _,
         tile_memory: _,
@@ -174,7 +176,7 @@ fn drawn(args: &RenderArgs) -> String {
     let quality =
         format!("{tone_curve:?} {} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
     let page = format!(
-        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {labels:?} {saddles:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
+        "{:?} {dpi:?} {show:?} {title:?} {credits:?} {legend} {labels:?} {saddles:?} {lakes:?} {frame} {tolerance_px:?} {paper:?} {margin:?} {pens:?}",
         args.size()
     );
     format!("{world}\n{view}\n{quality}\n{page}")
