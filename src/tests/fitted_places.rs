@@ -28,7 +28,7 @@ const PLACES: [(&str, &str); 10] = [
 ];
 const SIZE_PX: [u32; 2] = [640, 400];
 /// How far shares may differ: a sixteenth of the pixels is counted.
-const TOLERANCE: f64 = 0.035;
+const TOLERANCE: f64 = 0.04;
 /// How much further those of a style with planes may differ: steps end at ridges, and small masses are merged.
 const PLANES: f64 = 0.16;
 /// Least difference of the tones at a twentieth of the land from each end. Where tones differ less, all of the land is in
