@@ -170,19 +170,18 @@ fn places_are_in_the_areas_around_them() {
     let areas = areas();
     let tree = AreaTree::new(&areas, LAND_M).unwrap();
     let probes = probes(&areas);
-    let count = |of_tree: &dyn Fn(DVec2) -> Vec<bool>| {
-        let mut wrong = 0;
-        let mut inside = 0;
-        for at_m in probes.iter().filter(|at_m| from_edges_m(&areas, **at_m) > 0.004) {
-            let mut exact: Vec<bool> = areas.iter().map(|rings| winding(rings, *at_m) != 0).collect();
-            // All areas together.
-            exact.push(exact.contains(&true));
-            inside += exact.iter().filter(|is_in| **is_in).count();
-            wrong += usize::from(exact != of_tree(*at_m));
-        }
-        assert!(inside > 5000, "{inside}");
-        wrong
+    let exact = |at_m: &DVec2| {
+        let mut exact: Vec<bool> = areas.iter().map(|rings| winding(rings, *at_m) != 0).collect();
+        // All areas together.
+        exact.push(exact.contains(&true));
+        (*at_m, exact)
     };
+    let probes: Vec<(DVec2, Vec<bool>)> =
+        probes.iter().filter(|at_m| from_edges_m(&areas, **at_m) > 0.004).map(exact).collect();
+    let inside = probes.iter().flat_map(|(_, exact)| exact).filter(|is_in| **is_in).count();
+    assert!(inside > 5000, "{inside}");
+    let count =
+        |of_tree: &dyn Fn(DVec2) -> Vec<bool>| probes.iter().filter(|(at_m, exact)| of_tree(*at_m) != *exact).count();
     let each = |tree: &AreaTree, at_m: DVec2| -> Vec<bool> {
         let of_one = (0..areas.len() as u32).map(|area| is_inside(tree, &|of| of == area, at_m));
         of_one.chain([is_inside(tree, &|_| true, at_m)]).collect()
