@@ -245,7 +245,7 @@ impl AreaTree {
     }
 
     /// Returns the parts of a cell, in rows from the south-west, and for how many sizes of cells in a row no part has had
-    /// fewer edges. `None` if there is no room for the parts, or if their edges do not separate: they lie on each other, or
+    /// fewer edges. `None` if there is no room for the parts, or if their edges do not separate: they coincide, or
     /// end at one place.
     fn parts(&self, square: &Square, room: &Room) -> Option<(Vec<Part>, u32)> {
         let bits = square.bits - CELL_BITS;

@@ -87,7 +87,7 @@ enum PartKind {
     Line,
     /// The outline of an area, or of a hole in one.
     Ring,
-    /// What the rings of a feature enclose.
+    /// The area within the rings of a feature.
     Area,
 }
 

@@ -50,7 +50,7 @@ pub(crate) struct Resident {
     filled: Vec<(Rule, Option<Buffer>)>,
 }
 
-/// What a layer of the last view's style draws.
+/// The blocks and areas that a layer of the last view's style draws.
 struct LayerInView {
     blocks: Vec<BlockInView>,
     filled: Option<Buffer>,
@@ -83,7 +83,7 @@ pub(crate) struct BlockInView {
     pub count: u32,
 }
 
-/// What a layer draws: lines, points and filled areas.
+/// The lines, points and filled areas that a layer draws.
 pub(crate) struct ResidentLayer<'a> {
     pub blocks: &'a [BlockInView],
     /// The points of the blocks; `None` if no layer has any.

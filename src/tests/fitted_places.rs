@@ -37,7 +37,7 @@ const LEAST_RANGE: f64 = 0.1;
 /// Width of a bin of the counts of tones.
 const BIN: f32 = 1.0 / 64.0;
 
-/// What was measured of a picture.
+/// Measurements of a picture.
 struct Measured {
     /// Shares of the land that are dark and paper: of stepped tones those below the second step and those on the last one
     /// (a soft step changes before its end), of smooth tones those that the decision on fitted tones names.

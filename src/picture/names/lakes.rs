@@ -28,7 +28,7 @@ const BORDER: f64 = 8.0;
 /// The middle of a lake is as far from its shore as this part of the largest distance in it, or farther.
 const INNERMOST: f64 = 0.9;
 
-/// What is known of the land of a map.
+/// The map on which lakes are looked for.
 pub(crate) struct Inputs<'a> {
     pub map: &'a Map,
     /// Factor on the heights of the drawn land.
@@ -49,7 +49,7 @@ struct Lake {
 }
 
 /// Finds the lakes of a map, the largest first, each with a place in its middle: on a small picture of the map, where water
-/// is as a layer of water would draw it. The sea is no lake, and neither is water that is not level.
+/// is as a layer of water would draw it. The sea does not count, nor does water that is not level.
 ///
 /// # Errors
 /// The errors of [`Renderer::render`].
